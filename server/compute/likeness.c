@@ -13,6 +13,8 @@
 #include <string.h>
 
 #define MATCH_DEGREE ((size_t)8)
+#define GAINS 0.5 /* of the distance: what turns leave of it where they are told of */
+#define SPHERE_TURNED (30.0 * 3.14159265358979323846 / 180.0)
 #define NOTICED 1.1 /* times the median distance from which a member is tried */
 
 struct likeness_run {
@@ -56,19 +58,51 @@ static int match_ends(const struct likeness_run *l, double *distance, double *un
     return 0;
 }
 
-/* Adds the match of members i and j, as the share-th part of it, to the figures. */
-static int match(const struct likeness_run *l, size_t i, size_t j, double share,
-                 struct compute_match *match, struct srnf_error *error)
+bool compute_match_on_sphere(const struct compute_match *match)
 {
-    const struct compute_group *group = l->inputs->group;
-    double plain, mirrored, unturned, angle;
+    return match->sphere_angle > SPHERE_TURNED && match->on_sphere < GAINS * match->match.unturned;
+}
+
+/* The same with the sphere alone turned, and by how much. */
+static int match_sphere(const struct likeness_run *l, double *distance, double *angle,
+                        struct srnf_error *error)
+{
+    struct srnf_register_options options = srnf_register_options_defaults();
+    struct srnf_registration registration;
     int status;
 
-    srnf_surface_change_degree(group->degree, group->surfaces[i], l->degree, l->ends);
-    srnf_surface_change_degree(group->degree, group->surfaces[j], l->degree, l->ends + l->count);
-    status = match_ends(l, &plain, &unturned, &angle, error);
+    options.rotation = false;
+    options.reparameterization = false;
+    options.start = SRNF_START_RIGID;
+    status = srnf_register(l->sht, l->ends, NULL, l->ends + l->count, &options, NULL, &l->context,
+                           &registration, error);
+    if (status < 0) {
+        return status;
+    }
+    *distance = registration.distance;
+    *angle = 0.0;
+    for (size_t i = 0; i < registration.warp.n_links; i++) {
+        if (registration.warp.links[i].kind == SRNF_WARP_ROTATION) {
+            *angle = srnf_rotation_angle(registration.warp.links[i].values);
+        }
+    }
+    srnf_registration_clear(&registration);
+    return 0;
+}
+
+/* Adds the match of the ends, as the share-th part of it, to the figures. */
+static int add_match(const struct likeness_run *l, bool rotates, bool mirrors, double share,
+                     struct compute_match *match, struct srnf_error *error)
+{
+    double plain, mirrored, unturned, angle, on_sphere, sphere_angle = INFINITY;
+    int status = match_ends(l, &plain, &unturned, &angle, error);
+
+    on_sphere = unturned;
+    if (status == 0 && !rotates && plain < GAINS * unturned) {
+        status = match_sphere(l, &on_sphere, &sphere_angle, error);
+    }
     mirrored = plain;
-    if (status == 0 && l->inputs->mirrors) {
+    if (status == 0 && mirrors) {
         srnf_surface_mirror(l->degree, l->ends + l->count);
         status = match_ends(l, &mirrored, NULL, NULL, error);
     }
@@ -78,8 +112,27 @@ static int match(const struct likeness_run *l, size_t i, size_t j, double share,
     match->match.plain += share * plain;
     match->match.mirrored += share * mirrored;
     match->match.unturned += share * unturned;
-    match->match.angle = angle < match->match.angle ? angle : match->match.angle;
+    match->match.angle = fmin(match->match.angle, angle);
+    match->on_sphere += share * on_sphere;
+    match->sphere_angle = fmin(match->sphere_angle, sphere_angle);
     return 0;
+}
+
+/* The same of members i and j. */
+static int match(const struct likeness_run *l, size_t i, size_t j, double share,
+                 struct compute_match *match, struct srnf_error *error)
+{
+    const struct compute_group *group = l->inputs->group;
+
+    srnf_surface_change_degree(group->degree, group->surfaces[i], l->degree, l->ends);
+    srnf_surface_change_degree(group->degree, group->surfaces[j], l->degree, l->ends + l->count);
+    return add_match(l, l->inputs->rotates, l->inputs->mirrors, share, match, error);
+}
+
+static struct compute_match no_match(size_t first, size_t second)
+{
+    return (struct compute_match){
+        .first = first, .second = second, .match.angle = INFINITY, .sphere_angle = INFINITY};
 }
 
 /* ---- Members --------------------------------------------------------------------------------- */
@@ -127,8 +180,7 @@ static int match_members(const struct likeness_run *l, struct compute_likeness *
             break;
         }
         taken[i] = true;
-        *m =
-            (struct compute_match){.first = likeness->medoid, .second = i, .match.angle = INFINITY};
+        *m = no_match(likeness->medoid, i);
         status = match(l, likeness->medoid, i, 1.0, m, error);
         likeness->n_members++;
     }
@@ -168,7 +220,7 @@ static int match_classes(const struct likeness_run *l, struct compute_likeness *
             while (count < LIKENESS_OF_CLASS && chosen[a][count] < n && chosen[b][count] < n) {
                 count++;
             }
-            *m = (struct compute_match){.first = a, .second = b, .match.angle = INFINITY};
+            *m = no_match(a, b);
             for (size_t k = 0; k < count && status == 0; k++) {
                 status = match(l, chosen[a][k], chosen[b][k], 1.0 / (double)count, m, error);
             }
@@ -177,33 +229,66 @@ static int match_classes(const struct likeness_run *l, struct compute_likeness *
     return status;
 }
 
-static int match_all(struct jobs_run *run, const struct compute_likeness_inputs *inputs,
-                     struct compute_likeness *likeness, struct srnf_error *error)
+/* Room for two surfaces at the degree of matches; close_run in any case. */
+static int open_run(struct jobs_run *run, size_t degree, struct likeness_run *l)
 {
-    size_t degree = inputs->group->degree;
-    struct likeness_run l = {.run = run,
-                             .inputs = inputs,
-                             .context = *jobs_run_context(run),
-                             .degree = degree < MATCH_DEGREE ? degree : MATCH_DEGREE};
-    int status = jobs_transform_acquire(jobs_run_jobs(run), l.degree, SRNF_GRID_GAUSS_LEGENDRE, 0,
-                                        0, &l.sht);
+    int status;
 
+    *l = (struct likeness_run){.run = run,
+                               .context = *jobs_run_context(run),
+                               .degree = degree < MATCH_DEGREE ? degree : MATCH_DEGREE};
+    l->context.progress = NULL;
+    l->count = 3 * srnf_coefficient_count(l->degree);
+    status = jobs_transform_acquire(jobs_run_jobs(run), l->degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0,
+                                    &l->sht);
     if (status) {
         return status;
     }
-    l.context.progress = NULL;
-    l.count = 3 * srnf_coefficient_count(l.degree);
-    l.ends = srnf_alloc(2 * l.count, sizeof(double));
-    status = l.ends ? 0 : SRNF_ENOMEM;
+    l->ends = srnf_alloc(2 * l->count, sizeof(double));
+    return l->ends ? 0 : SRNF_ENOMEM;
+}
+
+static void close_run(struct likeness_run *l)
+{
+    srnf_free(l->ends);
+    if (l->sht) {
+        jobs_transform_release(jobs_run_jobs(l->run), l->sht);
+    }
+}
+
+static int match_all(struct jobs_run *run, const struct compute_likeness_inputs *inputs,
+                     struct compute_likeness *likeness, struct srnf_error *error)
+{
+    struct likeness_run l;
+    int status = open_run(run, inputs->group->degree, &l);
+
+    l.inputs = inputs;
     if (status == 0 && likeness->distances) {
         status = match_members(&l, likeness, error);
     }
     if (status == 0 && inputs->classes && inputs->n_classes <= LIKENESS_CLASSES_MAX) {
         status = match_classes(&l, likeness, error);
     }
-    srnf_free(l.ends);
-    jobs_transform_release(jobs_run_jobs(run), l.sht);
+    close_run(&l);
     return status;
+}
+
+int compute_match_pair(struct jobs_run *run, size_t degree, const double *first,
+                       const double *second, struct compute_match *match,
+                       struct jobs_result *result)
+{
+    struct srnf_error error = {0};
+    struct likeness_run l;
+    int status = open_run(run, degree, &l);
+
+    *match = no_match(0, 1);
+    if (status == 0) {
+        srnf_surface_change_degree(degree, first, l.degree, l.ends);
+        srnf_surface_change_degree(degree, second, l.degree, l.ends + l.count);
+        status = add_match(&l, false, false, 1.0, match, &error);
+    }
+    close_run(&l);
+    return status < 0 ? compute_fail(result, status, &error, "comparing poses") : 0;
 }
 
 int compute_likeness(struct jobs_run *run, const struct compute_likeness_inputs *inputs,

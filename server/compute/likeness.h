@@ -26,7 +26,12 @@ struct compute_likeness_inputs {
 struct compute_match {
     size_t first, second;
     struct srnf_match match; /* mirrored is plain where that was not tried */
+    /* With the sphere alone turned, by the least such angle; unturned and INFINITY where turns gain
+       little, or where the process rotates. */
+    double on_sphere, sphere_angle;
 };
+/* Whether the surfaces lie alike and their maps to the sphere are turned against each other. */
+bool compute_match_on_sphere(const struct compute_match *match);
 
 struct compute_likeness {
     size_t n;
@@ -46,6 +51,11 @@ struct compute_likeness {
  */
 int compute_likeness(struct jobs_run *run, const struct compute_likeness_inputs *inputs,
                      struct compute_likeness *likeness, struct jobs_result *result);
+/* Matches two surfaces of a degree, which a process is to compare without turning them. As
+   compute_likeness; no mirror image is tried. */
+int compute_match_pair(struct jobs_run *run, size_t degree, const double *first,
+                       const double *second, struct compute_match *match,
+                       struct jobs_result *result);
 void compute_likeness_clear(struct compute_likeness *likeness);
 
 #endif

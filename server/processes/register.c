@@ -144,8 +144,8 @@ static const struct process_input inputs[] = {
      "tournament: many rotations, narrowed down while the warps grow; rigid: the best rotation; "
      "identity: as the surfaces are.",
      .choices = registration_starts},
-    COMMON_POSE_INPUT(registering, "The surfaces share a pose: nothing is rotated, and the start "
-                                   "is identity."),
+    COMMON_POSE_INPUT(registering,
+                      "The surfaces share a pose: nothing is rotated, the start is identity."),
     SYMMETRIC_INPUT(registering, 0,
                     "Both ways, and the better one counts: the same distance from either side, "
                     "that of distances and geodesic, at twice the time. false searches one way (of "
@@ -370,7 +370,8 @@ static json_t *run_register(struct jobs_run *run, const void *typed, struct jobs
     }
     surface = keep_surface(run, &pair, &measures, result);
     document = surface ? document_of(run, &pair, &options, surface) : NULL;
-    if (document && landmarks_report(run, &landmarks, &pair, document, result)) {
+    if (document && ((options.common_pose && pair_warn_pose(run, &pair, document, result)) ||
+                     landmarks_report(run, &landmarks, &pair, document, result))) {
         json_decref(document);
         document = NULL;
     }

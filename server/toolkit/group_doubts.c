@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "toolkit/group.h"
+#include "api/json_numbers.h"
 #include "api/warnings.h"
 
 #define DEGREES (180.0 / 3.14159265358979323846)
@@ -47,6 +48,11 @@ static const struct compute_match *match_of(const struct compute_likeness *liken
     return NULL;
 }
 
+static bool is_posed_apart(const struct compute_match *match)
+{
+    return srnf_match_is_turned(&match->match) || compute_match_on_sphere(match);
+}
+
 /* Members beyond their limit that no other reason explains. */
 static void warn_far(const struct compute_likeness *likeness, const struct group_doubts *doubts,
                      const json_t *labels, json_t *warnings)
@@ -57,7 +63,7 @@ static void warn_far(const struct compute_likeness *likeness, const struct group
         char name[128];
 
         if (!t->far || (match && srnf_match_is_mirrored(&match->match)) ||
-            (match && !doubts->rotates && srnf_match_is_turned(&match->match))) {
+            (match && !doubts->rotates && is_posed_apart(match))) {
             continue;
         }
         name_member(name, i, labels);
@@ -128,6 +134,35 @@ static void warn_members(const struct compute_likeness *likeness, const json_t *
     }
 }
 
+/* How the one that is turned most compares with the member that all are nearest to. */
+static void describe_turn(char text[360], const struct compute_match *most, const char *name,
+                          const char *medoid)
+{
+    if (compute_match_on_sphere(most)) {
+        (void)snprintf(text, 360,
+                       "%s lies as %s does, but their maps to the sphere are turned, as of "
+                       "symmetric shapes: with the sphere turned back they are %.3g apart instead "
+                       "of %.3g. commonPose cannot undo that: let rotations be sought",
+                       name, medoid, most->on_sphere, most->match.unturned);
+        return;
+    }
+    (void)snprintf(text, 360,
+                   "%s matches %s turned by about %.0f degrees, and is then %.3g from it instead "
+                   "of %.3g. Bring all into one pose, or let rotations be sought",
+                   name, medoid, DEGREES * most->match.angle, most->match.plain,
+                   most->match.unturned);
+}
+
+static json_t *turned_json(const struct compute_match *match)
+{
+    bool sphere = compute_match_on_sphere(match);
+
+    return json_pack("{s:I, s:o, s:b, s:o, s:o}", "member", (json_int_t)match->second, "angle",
+                     json_finite(DEGREES * (sphere ? match->sphere_angle : match->match.angle)),
+                     "sphereAlone", (int)sphere, "distance", json_finite(match->match.unturned),
+                     "turned", json_finite(sphere ? match->on_sphere : match->match.plain));
+}
+
 /* One warning of all members that lie in another pose; whether there is one. */
 static bool warn_poses(const struct compute_likeness *likeness, const json_t *labels,
                        json_t *warnings)
@@ -135,36 +170,33 @@ static bool warn_poses(const struct compute_likeness *likeness, const json_t *la
     const struct compute_match *most = NULL;
     json_t *members = json_array();
     size_t count = 0;
-    char name[128], medoid[128];
+    char name[128], medoid[128], turn[360];
 
     for (size_t k = 0; k < likeness->n_members; k++) {
         const struct compute_match *match = &likeness->members[k];
 
-        if (srnf_match_is_turned(&match->match)) {
+        if (is_posed_apart(match)) {
             most = most && most->match.angle >= match->match.angle ? most : match;
             count++;
-            (void)json_array_append_new(members,
-                                        json_pack("{s:I, s:f}", "member", (json_int_t)match->second,
-                                                  "angle", DEGREES * match->match.angle));
+            (void)json_array_append_new(members, turned_json(match));
         }
     }
-    if (!most || (count == 1 && is_told(warnings, "pose-differs"))) { /* by its angle */
+    if (!most || (count == 1 && !compute_match_on_sphere(most) &&
+                  is_told(warnings, "pose-differs"))) { /* by its angle */
         json_decref(members);
         return most != NULL;
     }
     name_member(name, most->second, labels);
     name_member(medoid, most->first, labels);
     medoid[0] = 'm';
+    describe_turn(turn, most, name, medoid);
     warning_add(
         warnings, "pose-differs",
         json_pack("{s:I, s:I, s:o}", "tried", (json_int_t)likeness->n_members, "turned",
                   (json_int_t)count, "members", members),
-        "Nothing is rotated here, and %zu of the %zu members that were tried lie in other "
-        "poses, in space or in their parameterization. %s matches %s turned by about %.0f "
-        "degrees, and is then %.3g from it instead of %.3g. Bring all into one pose, or let "
-        "rotations be sought (register true, commonPose false).",
-        count, likeness->n_members, name, medoid, DEGREES * most->match.angle, most->match.plain,
-        most->match.unturned);
+        "Nothing is rotated here, and %zu of %zu members tried are turned. %s (register true, "
+        "commonPose false).",
+        count, likeness->n_members, turn);
     return true;
 }
 
@@ -173,6 +205,9 @@ static void warn_classes(const struct compute_likeness *likeness, const struct g
 {
     for (size_t k = 0; k < likeness->n_classes; k++) {
         const struct compute_match *match = &likeness->classes[k];
+        bool sphere = compute_match_on_sphere(match);
+        double angle = sphere ? match->sphere_angle : match->match.angle;
+        double turned = sphere ? match->on_sphere : match->match.plain;
         char first[80], second[80];
 
         (void)snprintf(first, sizeof first, "the group %.60s", doubts->names[match->first]);
@@ -182,19 +217,19 @@ static void warn_classes(const struct compute_likeness *likeness, const struct g
                           "The groups then differ by their handedness: set mirror of the members "
                           "of one in the cohort, or encode them with mirror = true.",
                           warnings);
-        } else if (!doubts->rotates && srnf_match_is_turned(&match->match)) {
+        } else if (!doubts->rotates && is_posed_apart(match)) {
             warning_add(
                 warnings, "pose-differs",
-                json_pack("{s:[s, s], s:f}", "groups", doubts->names[match->first],
-                          doubts->names[match->second], "angle", DEGREES * match->match.angle),
+                json_pack("{s:[s, s], s:f, s:b, s:f, s:f}", "groups", doubts->names[match->first],
+                          doubts->names[match->second], "angle", DEGREES * angle, "sphereAlone",
+                          (int)sphere, "distance", match->match.unturned, "turned", turned),
                 "Nothing is rotated here, and the group %.60s lies in another pose than %s, in "
-                "space "
-                "or in its parameterization: turned by about "
-                "%.0f degrees, its members are %.3g from those instead of %.3g. What looks like a "
-                "difference of the groups may be no more than that. Bring all into one pose, or "
-                "let rotations be sought (register true, commonPose false).",
-                doubts->names[match->second], first, DEGREES * match->match.angle,
-                match->match.plain, match->match.unturned);
+                "%s: turned by about %.0f degrees, its members are %.3g from those instead of "
+                "%.3g. What looks like a difference of the groups may be no more than that. %s "
+                "rotations be sought (register true, commonPose false).",
+                doubts->names[match->second], first, sphere ? "its maps to the sphere" : "space",
+                DEGREES * angle, turned, match->match.unturned,
+                sphere ? "commonPose cannot undo it: let" : "Bring all into one pose, or let");
         }
     }
 }

@@ -4,6 +4,11 @@
 #include "toolkit/pair.h"
 
 #include "toolkit/routes.h"
+#include "api/warnings.h"
+#include "compute/likeness.h"
+
+#define DEGREES (180.0 / 3.14159265358979323846)
+#define TURNED_BACK 0.5 /* of the distance: what a turn leaves of it where it is told of */
 
 /* Fills both up to the larger degree. */
 static int bring_to_one_degree(struct jobs_run *run, struct pair *pair, struct jobs_result *result)
@@ -75,6 +80,36 @@ json_t *pair_warnings(struct jobs_run *run, const struct pair *pair)
 {
     return handedness_of_pair(run, pair->ends[0].id, pair->ends[1].id, pair->opposite,
                               &pair->mirror);
+}
+
+int pair_warn_pose(struct jobs_run *run, const struct pair *pair, json_t *document,
+                   struct jobs_result *result)
+{
+    double distance = pair->registration.distance;
+    struct compute_match match;
+    int status = compute_match_pair(run, pair->degree, pair->coefficients,
+                                    pair->coefficients + pair->count, &match, result);
+    bool sphere = status == 0 && compute_match_on_sphere(&match);
+    double turned = sphere ? match.on_sphere : match.match.plain;
+
+    if (status || !(turned < TURNED_BACK * distance) ||
+        (!sphere && !srnf_match_is_turned(&match.match))) {
+        return status;
+    }
+    warning_add(
+        warnings_of(document), "pose-differs",
+        json_pack("{s:f, s:f, s:f, s:b}", "angle",
+                  DEGREES * (sphere ? match.sphere_angle : match.match.angle), "distance", distance,
+                  "turned", turned, "sphereAlone", (int)sphere),
+        sphere ? "In their common pose the surfaces are %.3g apart, and %.3g with the sphere under "
+                 "one turned by %.0f degrees and no warp: they lie alike, but their maps to the "
+                 "sphere are turned, as of symmetric shapes. commonPose cannot undo that: take "
+                 "rotation false, which turns the sphere alone, or the default registration."
+               : "As they lie the surfaces are %.3g apart, and %.3g with one turned by %.0f "
+                 "degrees and no warp: they do not share a pose. Bring them into one, or let "
+                 "rotations be sought (commonPose false).",
+        distance, turned, DEGREES * (sphere ? match.sphere_angle : match.match.angle));
+    return 0;
 }
 
 void pair_clear(struct jobs_run *run, struct pair *pair)

@@ -41,6 +41,10 @@ int pair_register(struct jobs_run *run, struct pair *pair,
                   struct jobs_result *result);
 /* The warnings of a mirror image that matches better. New reference. */
 json_t *pair_warnings(struct jobs_run *run, const struct pair *pair);
+/* Of a pair that was registered in a common pose: the warning pose-differs, where a turn alone does
+   far better. As pair_load. */
+int pair_warn_pose(struct jobs_run *run, const struct pair *pair, json_t *document,
+                   struct jobs_result *result);
 void pair_clear(struct jobs_run *run, struct pair *pair);
 
 #endif

@@ -122,7 +122,9 @@ static void warn_ambiguous(json_t *warnings, const struct srnf_registration *r, 
     }
     warning_add(warnings, "registration-ambiguous", ambiguity(r),
                 "Registering %s: %s. The distance stands; pose and correspondence are one choice "
-                "among several. Where the surfaces share a pose, commonPose settles it.",
+                "among several. Where the surfaces share a pose, commonPose settles it, unless "
+                "their maps to the sphere are turned against each other, as of symmetric shapes: "
+                "then take rotation false of register, which turns the sphere alone.",
                 what,
                 basin ? "another way of laying the surfaces on each other is within 5 % as good"
                       : "the surfaces can be turned against each other at almost no cost");

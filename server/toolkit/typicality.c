@@ -199,8 +199,9 @@ void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *
                         "%s lies in another pose than the others: turned by about %.0f degrees "
                         "against their mean, in space or in its parameterization, where one of "
                         "them in a thousand would be turned by more than %.0f. Nothing is rotated "
-                        "here: bring it into their pose, or let rotations be sought (register "
-                        "true, commonPose false).",
+                        "here: bring it into their pose, or, where it lies like them and its map "
+                        "to the sphere is turned (symmetric shapes), let rotations be sought "
+                        "(register true, commonPose false).",
                         name, DEGREES * t.value, DEGREES * t.limit);
         }
     }

@@ -130,6 +130,19 @@ is "$(json '[.warnings[] | select(.figures.part == "odd") | .detail | startswith
     'in words as well'
 is "$(json '[.warnings[] | select(.code == "not-reached" and .figures.what == "modes") | .figures.of] | tostring')" '[2]' \
     'modes that no surface has among them'
+like "$(json '[.warnings[] | select(.code == "pose-differs")][-1].detail')" 'lies as .* does, but their maps to the sphere are turned' \
+    'surfaces that share a pose are told from others'
+is "$(json '[.warnings[] | select(.code == "pose-differs")][-1].figures.members | map(.sphereAlone) | unique | tostring')" \
+    '[true]' 'each of them'
+run register "{\"template\":\"${SURFACE[even0]}\",\"moving\":\"${SURFACE[odd0]}\",\"commonPose\":true}"
+is "$(json '[.warnings[] | select(.code == "pose-differs") | .figures.sphereAlone] | tostring')" '[true]' \
+    'so is a pair in a common pose'
+compare "$(json '.warnings[] | select(.code == "pose-differs") | .figures | .distance / .turned')" -gt 2 'with both distances'
+run register "{\"template\":\"${SURFACE[even0]}\",\"moving\":\"${SURFACE[odd0]}\",\"rotation\":false}"
+compare "$(json .distance)" -lt 0.5 'and a search that turns the sphere alone undoes it'
+is "$(json '.rotation | tostring')" '[[1,0,0],[0,1,0],[0,0,1]]' 'without turning the surface'
+run register "{\"template\":\"${SURFACE[even0]}\",\"moving\":\"${SURFACE[even1]}\",\"commonPose\":true}"
+is "$(json '[.warnings[].code] | index("pose-differs")')" null 'a pair that does share one is not warned of'
 run pca-parts '{"cohort":"both","maxIterations":2,"tolerance":1e-8,"modes":0}'
 is "$(told)" 'putamen mean-not-converged, thalamus mean-not-converged' 'means that had not come to rest'
 is "$(json '[.warnings[] | select(.code == "mean-not-converged") | .figures.iterations] | tostring')" '[2,2]' \
