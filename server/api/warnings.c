@@ -29,6 +29,7 @@ static const char *const codes[] = {
     "few-subjects",
     "label-at-border",
     "landmark-off-surface",
+    "landmarks-raise-distance",
     "mean-not-converged",
     "members-not-compared",
     "mirror-images",

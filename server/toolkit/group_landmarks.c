@@ -171,7 +171,10 @@ static void warn_off(struct jobs_run *run, const struct group_landmarks *l,
         struct srnf_surface_measures measures;
 
         if (srnf_surfaces_measure(sht, 1, group->surfaces[i], NULL, &measures) == SRNF_OK) {
-            landmarks_warn_off(document, l->ids[i], l->scales[i], measures.area, l->n,
+            char member[32];
+
+            (void)snprintf(member, sizeof member, "member %zu", i);
+            landmarks_warn_off(document, member, l->ids[i], l->scales[i], measures.area, l->n,
                                l->off + i * l->n);
         }
     }

@@ -15,6 +15,7 @@
 /* As typed. */
 struct landmarks_input {
     size_t n;                           /* 0: none */
+    const char *names[2];               /* of the lists */
     json_t *ends[2];                    /* [n] vertices and positions */
     bool held_out[LANDMARKS_GIVEN_MAX]; /* measured, and nothing more */
     double weight;                      /* INFINITY: exact */
@@ -39,15 +40,16 @@ struct landmarks_input {
     }
 extern const struct input_own landmarks_of_register, landmarks_of_geodesic;
 
-#define LANDMARKS_OUTPUT                                                                          \
-    {                                                                                             \
-        "landmarks", OUTPUT_OBJECT_OR_NULL,                                                       \
-            "null where none were given. points: for each its angle, what the registration "      \
-            "leaves on the sphere, in radians; its distance, the same along a straight line "     \
-            "between points of the moving surface, in the units of its input; heldOut; and "      \
-            "offFixed and offMoving, how far the points that were given are from the surfaces, "  \
-            "in the units of each. guiding and heldOut: count, maxAngle, rmsAngle, maxDistance, " \
-            "rmsDistance of both kinds; null where there are none of the kind. weight."           \
+#define LANDMARKS_OUTPUT                                                                         \
+    {                                                                                            \
+        "landmarks", OUTPUT_OBJECT_OR_NULL,                                                      \
+            "null where none were given. points: for each its angle, what the registration "     \
+            "leaves on the sphere, in radians; its distance, the same along a straight line "    \
+            "between points of the moving surface, in the units of its input; heldOut; and "     \
+            "offFixed (of the list template or from) and offMoving (moving or to), how far the " \
+            "points that were given are from the surfaces, in the units of each. guiding and "   \
+            "heldOut: count, maxAngle, rmsAngle, maxDistance, "                                  \
+            "rmsDistance of both kinds; null where there are none of the kind. weight."          \
     }
 
 /* For complete: vertices that the meshes do not have, or surfaces without a mesh, are problems. The
@@ -97,9 +99,10 @@ int landmarks_distances(size_t degree, const double *coefficients, size_t n, con
    there are none; angles and distances: [members][n]. New reference. */
 json_t *landmarks_summary(size_t members, size_t n, const bool *held_out, bool kind,
                           const double *angles, const double *distances);
-/* Warns of points that are none of their surface, of area `area` as it is stored. */
-void landmarks_warn_off(json_t *document, const char *id, double scale, double area, size_t n,
-                        const double *off);
+/* Warns of points that are none of their surface, of area `area` as it is stored. input: the list
+   that has them, in words. */
+void landmarks_warn_off(json_t *document, const char *input, const char *id, double scale,
+                        double area, size_t n, const double *off);
 
 /* ---- A pair ---------------------------------------------------------------------------------- */
 

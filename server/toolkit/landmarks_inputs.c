@@ -196,7 +196,7 @@ static bool type_landmarks(const json_t *value, const char *const names[2],
     const json_t *weight = json_object_get(value, "weight");
     const json_t *held = json_object_get(value, "heldOut");
 
-    *input = (struct landmarks_input){.n = 0};
+    *input = (struct landmarks_input){.names = {names[0], names[1]}};
     for (size_t end = 0; end < 2 && json_is_object(value); end++) {
         input->ends[end] = json_incref(json_object_get(value, names[end]));
     }

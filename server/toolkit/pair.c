@@ -45,6 +45,31 @@ int pair_load(struct jobs_run *run, const char *first, const char *second,
     return status ? status : bring_to_one_degree(run, pair, result);
 }
 
+/* Landmarks say what corresponds: no mesh and no mirror image is asked. What they cost is told by a
+   registration without them. */
+static int register_guided(struct jobs_run *run, struct pair *pair,
+                           const struct srnf_register_options *options, struct jobs_result *result)
+{
+    const double *fixed = pair->coefficients, *moving = pair->coefficients + pair->count;
+    struct srnf_context quiet = *jobs_run_context(run);
+    struct srnf_registration unguided = {0};
+    struct srnf_error error = {0};
+    int status = srnf_register_landmarks(pair->sht, fixed, NULL, moving, options, pair->landmarks,
+                                         NULL, jobs_run_context(run), &pair->registration, &error);
+
+    quiet.progress = NULL;
+    if (status >= 0) {
+        status =
+            srnf_register(pair->sht, fixed, NULL, moving, options, NULL, &quiet, &unguided, &error);
+    }
+    if (status < 0) {
+        return compute_fail(result, status, &error, "registering");
+    }
+    pair->free_distance = unguided.distance;
+    srnf_registration_clear(&unguided);
+    return 0;
+}
+
 int pair_register(struct jobs_run *run, struct pair *pair,
                   const struct srnf_register_options *options, enum handedness handedness,
                   struct jobs_result *result)
@@ -55,10 +80,8 @@ int pair_register(struct jobs_run *run, struct pair *pair,
     struct srnf_error error = {0};
     int status;
 
-    if (pair->landmarks) { /* they say what corresponds: no mesh and no mirror image is asked */
-        status = srnf_register_landmarks(pair->sht, fixed, NULL, moving, options, pair->landmarks,
-                                         NULL, jobs_run_context(run), &pair->registration, &error);
-        return status < 0 ? compute_fail(result, status, &error, "registering") : 0;
+    if (pair->landmarks) {
+        return register_guided(run, pair, options, result);
     }
     if (!pair->by_route) {
         routes_origin(run, first, &origins[0]);

@@ -19,9 +19,10 @@ struct pair {
     bool by_route; /* meshes were encoded by a route that was asked for: no other is sought */
     /* What pair_register adds: */
     struct srnf_registration registration; /* of the second end to the first */
-    bool bridged;                          /* through the meshes of both, from route to route */
-    bool opposite;                         /* they are the left and the right one of the same */
-    struct compute_mirror_trial mirror;    /* zeros where it was not tried */
+    double free_distance; /* where landmarks guide: what a registration without them comes to */
+    bool bridged;         /* through the meshes of both, from route to route */
+    bool opposite;        /* they are the left and the right one of the same */
+    struct compute_mirror_trial mirror; /* zeros where it was not tried */
 };
 
 /*

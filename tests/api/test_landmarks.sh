@@ -117,7 +117,30 @@ refused '{"template":[1],"moving":[2]}' '' 'reparameterization is false' 'withou
 register '{"template":[1,[500,500,500]],"moving":[1,2],"weight":0.001}'
 is "$STATUS" 200 'a position far off is an answer'
 is "$(json '[.warnings[].code] | index("landmark-off-surface") != null')" true 'with a warning'
-is "$(json '.warnings[] | select(.code == "landmark-off-surface") | .figures.landmark')" 1 'that names it'
+is "$(json '.warnings[] | select(.code == "landmark-off-surface") | .figures | [.input, .landmark, .beyond, .of] | tostring')" \
+    '["template",1,1,2]' 'that names it, and its list'
+like "$(json '.warnings[] | select(.code == "landmark-off-surface") | .detail')" '1 of 2 landmarks of template' 'in words'
+register "{\"template\":[1,2],\"moving\":[$(jq -nc "$(vertex L_putamen 30) | map(. / 10)"),$(
+    jq -nc "$(vertex L_putamen 500) | map(. / 10)")],\"weight\":0.001}"
+is "$(json '.warnings[] | select(.code == "landmark-off-surface") | .figures | [.input, .beyond, .of] | tostring')" \
+    '["moving",2,2]' 'centimetres are all off'
+like "$(json '.warnings[] | select(.code == "landmark-off-surface") | .detail')" 'All 2 landmarks of moving .* unit' \
+    'which points to the units'
+
+# On one surface twice, with its own landmarks in order and with two of them exchanged.
+itself() { # MOVING
+    run register "{\"template\":\"$SA\",\"moving\":\"$SA\",\"start\":\"rigid\",\"degree\":8,
+        \"landmarks\":{\"template\":[10,200,400,600],\"moving\":[$1],\"weight\":5}}"
+}
+itself 10,200,400,600
+is "$STATUS $(json '[.warnings[].code] | index("landmarks-raise-distance")')" '200 null' 'landmarks in order cost nothing'
+itself 200,10,400,600
+is "$STATUS $(json '[.warnings[].code] | index("landmarks-raise-distance") != null')" '200 true' 'exchanged ones are told of'
+compare "$(json '.warnings[] | select(.code == "landmarks-raise-distance") | .figures.free')" -lt 0.01 \
+    'with the distance without them'
+is "$(json '(.warnings[] | select(.code == "landmarks-raise-distance") | .figures.distance) == .distance')" true 'and with them'
+run geodesic "{\"from\":\"$SA\",\"to\":\"$SA\",\"steps\":2,\"landmarks\":{\"from\":[10,200,400,600],\"to\":[200,10,400,600],\"weight\":5}}"
+is "$(json '[.warnings[].code] | index("landmarks-raise-distance") != null')" true 'of a geodesic as well'
 
 P=$(vertex L_thalamus 10)
 register "{\"template\":[10,$(jq -nc "$P | .[0] += 1e-6")],\"moving\":[30,150]}"
