@@ -34,18 +34,26 @@ void compute_likeness_clear(struct compute_likeness *likeness)
 
 /* ---- Matches --------------------------------------------------------------------------------- */
 
-/* Of what stands in ends; angle and unturned may be NULL. */
+/* Of what stands in ends. rotation: of the surface in space, and not of its sphere alone. */
+static int match_rigidly(const struct likeness_run *l, bool rotation,
+                         struct srnf_registration *registration, struct srnf_error *error)
+{
+    struct srnf_register_options options = srnf_register_options_defaults();
+
+    options.rotation = rotation;
+    options.reparameterization = false;
+    options.start = SRNF_START_RIGID;
+    return srnf_register(l->sht, l->ends, NULL, l->ends + l->count, &options, NULL, &l->context,
+                         registration, error);
+}
+
+/* angle and unturned may be NULL. */
 static int match_ends(const struct likeness_run *l, double *distance, double *unturned,
                       double *angle, struct srnf_error *error)
 {
-    struct srnf_register_options options = srnf_register_options_defaults();
     struct srnf_registration registration;
-    int status;
+    int status = match_rigidly(l, true, &registration, error);
 
-    options.reparameterization = false;
-    options.start = SRNF_START_RIGID;
-    status = srnf_register(l->sht, l->ends, NULL, l->ends + l->count, &options, NULL, &l->context,
-                           &registration, error);
     if (status < 0) {
         return status;
     }
@@ -67,15 +75,9 @@ bool compute_match_on_sphere(const struct compute_match *match)
 static int match_sphere(const struct likeness_run *l, double *distance, double *angle,
                         struct srnf_error *error)
 {
-    struct srnf_register_options options = srnf_register_options_defaults();
     struct srnf_registration registration;
-    int status;
+    int status = match_rigidly(l, false, &registration, error);
 
-    options.rotation = false;
-    options.reparameterization = false;
-    options.start = SRNF_START_RIGID;
-    status = srnf_register(l->sht, l->ends, NULL, l->ends + l->count, &options, NULL, &l->context,
-                           &registration, error);
     if (status < 0) {
         return status;
     }

@@ -114,7 +114,7 @@ told() {
 }
 
 STRANGE=()
-TURNS=(1,-1,-1 -1,1,-1 -1,-1,1)
+TURNS=("1,-1,-1" "-1,1,-1" "-1,-1,1")
 STRETCH=(8 3 4 1 5 9 6 7 2) # by 15 for each of the turns
 for i in 0 1 2 3 4 5 6 7 8; do
     ellipsoid "even$i" ".${STRETCH[i]}" 1,1,1
