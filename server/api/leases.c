@@ -28,6 +28,7 @@
 #define WAIT_MAX 30.0 /* seconds that a request for a lease may wait */
 #define REASON_MAX 240
 #define DIGEST_TEXT_MAX 64
+#define QUOTE_BEFORE 60 /* bytes of a text before what differs */
 
 /* ---- What holds for all ---------------------------------------------------------------------- */
 
@@ -42,12 +43,14 @@ static bool refuse_clear_text(struct api_call *call)
     return true;
 }
 
-/* The secret of the lease, "" without one. */
-static const char *secret_of(const struct api_call *call)
+/* By whom the lease is said to be held; the secret is "" without one. */
+static struct jobs_proof proof_of(const struct api_call *call)
 {
     const char *secret = api_request_header(call->request, "Lease-Secret");
 
-    return secret && strlen(secret) < JOBS_SECRET_SIZE ? secret : "";
+    return (struct jobs_proof){.secret = secret && strlen(secret) < JOBS_SECRET_SIZE ? secret : "",
+                               .owner = call->request->caller.name,
+                               .job = call->request->caller.job};
 }
 
 /* Answers with the problem that a status of the engine means. */
@@ -76,18 +79,43 @@ static void respond_nothing(struct api_call *call, int status)
 
 /* ---- Asking for a lease ---------------------------------------------------------------------- */
 
+/* Names go into logs, tables and pages. */
+static bool is_plain(const char *text)
+{
+    for (const char *at = text; *at; at++) {
+        if (*at < ' ' || *at > '~' || strchr("<>&\"'", *at)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static bool read_text(struct api_call *call, const json_t *body, const char *member,
                       char text[JOBS_REMOTE_NAME_MAX])
 {
     const char *value = json_string_value(json_object_get(body, member));
+    size_t length = value ? strlen(value) : 0;
 
-    if (!value || !value[0] || strlen(value) >= JOBS_REMOTE_NAME_MAX) {
-        (void)problem_respond(call, "invalid-input", "%s must be a text of 1 to %d bytes.", member,
-                              JOBS_REMOTE_NAME_MAX - 1);
+    if (length == 0 || length >= JOBS_REMOTE_NAME_MAX || !is_plain(value)) {
+        (void)problem_respond(call, "invalid-input",
+                              "%s must be a text of 1 to %d printable ASCII characters without "
+                              "<, >, & and quotes.",
+                              member, JOBS_REMOTE_NAME_MAX - 1);
         return false;
     }
     memcpy(text, value, strlen(value) + 1);
     return true;
+}
+
+/* From where on two builds are to be quoted so that the reader sees what differs. */
+static size_t text_from(const char *a, const char *b)
+{
+    size_t same = 0;
+
+    while (a[same] && a[same] == b[same]) {
+        same++;
+    }
+    return same > QUOTE_BEFORE + 20 ? same - QUOTE_BEFORE : 0;
 }
 
 /* False when a problem was answered: of the body, or because the worker computes other bits. */
@@ -95,6 +123,7 @@ static bool read_worker(struct api_call *call, const json_t *body, struct jobs_r
                         double *wait)
 {
     const char *build = json_string_value(json_object_get(body, "numericBuild"));
+    const char *given = build ? build : "";
     const json_t *slots = json_object_get(body, "slots"), *seconds = json_object_get(body, "wait");
     char own[BUILD_ARITHMETIC_SIZE];
 
@@ -113,14 +142,18 @@ static bool read_worker(struct api_call *call, const json_t *body, struct jobs_r
                               "seconds.");
         return false;
     }
-    *wait = fmin(json_number_value(seconds), WAIT_MAX);
+    *wait = remote->wait = fmin(json_number_value(seconds), WAIT_MAX);
+    jobs_remote_who(remote->owner, remote->job, remote->name, remote->who);
     build_arithmetic_id(own);
-    if (!build || strcmp(build, own) != 0) {
-        (void)problem_respond(call, "build-mismatch",
-                              "The worker on %s is of the build \"%.150s\", the service of "
-                              "\"%.150s\": their results can differ in the last bits. Install the "
-                              "same package on a machine of the same kind.",
-                              remote->host, build ? build : "", own);
+    if (strcmp(given, own) != 0) {
+        size_t from = text_from(given, own);
+
+        (void)problem_respond(
+            call, "build-mismatch",
+            "The worker on %s is of the build \"%s%.150s\", the service of "
+            "\"%s%.150s\": their results can differ in the last bits. Install the "
+            "same package on a machine of the same kind.",
+            remote->host, from > 0 ? ".." : "", given + from, from > 0 ? ".." : "", own + from);
         return false;
     }
     return true;
@@ -213,6 +246,7 @@ void leases_resume(struct api *api, const struct api_request *request,
 
     response->wait.state = NULL; /* a problem clears the response */
     if (!answered) {
+        jobs_remote_gone(api->config.jobs, remote);
         response->wait.seconds = 0;
     } else if (!auth_holds(api->auth, request->caller.account) ||
                (remote->job[0] && !jobs_pass_holds(api->config.jobs, remote->job))) {
@@ -235,13 +269,14 @@ void leases_resume(struct api *api, const struct api_request *request,
 
 void leases_content(struct api_call *call)
 {
+    const struct jobs_proof proof = proof_of(call);
     struct tasks_bytes content;
     int status;
 
     if (refuse_clear_text(call)) {
         return;
     }
-    status = jobs_lease_content(call->api->config.jobs, call->parameters[0], secret_of(call),
+    status = jobs_lease_content(call->api->config.jobs, call->parameters[0], &proof,
                                 call->parameters[1], &content);
     if (status != STORE_OK) {
         respond_status(call, status);
@@ -253,14 +288,14 @@ void leases_content(struct api_call *call)
 
 void leases_extend(struct api_call *call)
 {
+    const struct jobs_proof proof = proof_of(call);
     double seconds = 0.0;
     int status;
 
     if (refuse_clear_text(call)) {
         return;
     }
-    status =
-        jobs_lease_extend(call->api->config.jobs, call->parameters[0], secret_of(call), &seconds);
+    status = jobs_lease_extend(call->api->config.jobs, call->parameters[0], &proof, &seconds);
     if (status != STORE_OK) {
         respond_status(call, status);
         return;
@@ -293,11 +328,11 @@ static bool digest_holds(struct api_call *call)
 void leases_result(struct api_call *call)
 {
     const struct api_request *request = call->request;
+    const struct jobs_proof proof = proof_of(call);
 
     if (!refuse_clear_text(call) && digest_holds(call)) {
-        respond_nothing(call,
-                        jobs_lease_finish(call->api->config.jobs, call->parameters[0],
-                                          secret_of(call), request->body, request->body_size));
+        respond_nothing(call, jobs_lease_finish(call->api->config.jobs, call->parameters[0], &proof,
+                                                request->body, request->body_size));
     }
 }
 
@@ -306,6 +341,7 @@ void leases_failure(struct api_call *call)
     json_t *body = refuse_clear_text(call) ? NULL : body_json(call);
     const char *detail = json_string_value(json_object_get(body, "detail"));
     const json_t *certain = json_object_get(body, "certain");
+    const struct jobs_proof proof = proof_of(call);
     char reason[REASON_MAX];
 
     if (body && (!detail || !detail[0] || (certain && !json_is_boolean(certain)))) {
@@ -317,16 +353,18 @@ void leases_failure(struct api_call *call)
         (void)snprintf(reason, sizeof reason, "%s", detail);
         LOG_WARN("task-failed", log_text("task", call->parameters[0]), log_text("detail", reason));
         respond_nothing(call, jobs_lease_give_back(call->api->config.jobs, call->parameters[0],
-                                                   secret_of(call), reason, json_is_true(certain)));
+                                                   &proof, reason, json_is_true(certain)));
     }
     json_decref(body);
 }
 
 void leases_delete(struct api_call *call)
 {
+    const struct jobs_proof proof = proof_of(call);
+
     if (!refuse_clear_text(call)) {
         respond_nothing(call, jobs_lease_give_back(call->api->config.jobs, call->parameters[0],
-                                                   secret_of(call), NULL, false));
+                                                   &proof, NULL, false));
     }
 }
 

@@ -50,7 +50,7 @@ static struct ending judge(struct jobs_run *run, const struct jobs_result *resul
     } else if (atomic_load(&run->overran)) {
         ending.code = "time-limit";
         ending.detail = "The job took longer than this service allows.";
-    } else if (atomic_load(&run->jobs->abandoned)) {
+    } else if (atomic_load(&run->jobs->abandoned) || atomic_load(&run->yields)) {
         ending.to = STORE_JOB_ACCEPTED;
     } else {
         ending.code = "internal-error";

@@ -136,6 +136,7 @@ struct jobs_run {
     atomic_bool cancel;         /* a user has asked for it */
     double deadline;            /* by the monotonic clock; INFINITY without a limit */
     atomic_bool overran;        /* it was told to stop because of that */
+    atomic_bool yields;         /* it is to be put back before it ends: it only waits for workers */
     atomic_bool stopping;       /* it has asked, and was told to stop, for whatever reason */
     struct jobs_memory *memory; /* its worker's */
     pthread_mutex_t mutex;
@@ -158,6 +159,8 @@ void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *jo
 void jobs_run_destroy(struct jobs_run *run);
 /* The next progress is that of an earlier attempt: it tells nothing of the pace. */
 void jobs_run_resumed(struct jobs_run *run);
+/* The run stops and its job is put back. */
+void jobs_run_yield(struct jobs_run *run);
 /* Whether the computation has been told to stop: from then on what it makes is unfinished. */
 bool jobs_run_stopping(const struct jobs_run *run);
 

@@ -142,6 +142,7 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
     jobs_transforms_init(&jobs->transforms);
     jobs_rounds_init(&jobs->rounds);
     jobs_remotes_init(&jobs->remotes);
+    jobs->remotes.lease_seconds = jobs->config.lease_seconds;
     jobs_passes_init(&jobs->passes);
     openblas_set_num_threads(1);
 

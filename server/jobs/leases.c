@@ -17,6 +17,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define LOST_LOOKS 64         /* tasks that a worker has lost, of those that wait */
+#define ASK_AGAIN_SECONDS 2.0 /* after a task was withheld */
+#define PROOF_SIZE (JOBS_SECRET_SIZE + STORE_OWNER_MAX + STORE_ID_MAX)
+
 /* ---- Looking up ------------------------------------------------------------------------------ */
 
 struct place {
@@ -86,25 +90,47 @@ static void leave(struct jobs *jobs, struct place place)
 
 /* ---- Leasing --------------------------------------------------------------------------------- */
 
+/* The first task of the round that waits and is for this worker, or SIZE_MAX. Of those that it has
+   lost it looks at a few: a worker that loses all must not cost time. The mutex is held. */
+static size_t choose(struct jobs *jobs, struct jobs_open_round *round, const char *who)
+{
+    size_t i = round->cursor, n = round->what->n;
+
+    while (i < n && round->slots[i].state != SLOT_WAITING) {
+        i++;
+    }
+    round->cursor = i;
+    for (size_t lost = 0; i < n && lost < LOST_LOOKS; i++) {
+        if (round->slots[i].state != SLOT_WAITING) {
+            continue;
+        }
+        if (jobs_slot_suits(jobs, round, &round->slots[i], who)) {
+            return i;
+        }
+        lost++;
+        if (!(round->withheld > 0.0)) {
+            round->withheld = clock_now() + ASK_AGAIN_SECONDS;
+        }
+    }
+    return SIZE_MAX;
+}
+
 /* Takes the next task of the open rounds in turn, of those of one job where one is named. The round
    is entered. */
-static struct place take(struct jobs *jobs, const char *job)
+static struct place take(struct jobs *jobs, const char *job, const char *who)
 {
     struct place place = {.round = NULL};
 
     pthread_mutex_lock(&jobs->rounds.mutex);
     for (struct jobs_open_round *round = jobs->rounds.first; round && !place.round;
          round = round->link) {
-        size_t i = round->cursor;
+        size_t i;
 
-        if (job[0] && strcmp(round->job, job) != 0) {
+        if (round->failed || (job[0] && strcmp(round->job, job) != 0)) {
             continue;
         }
-        while (i < round->what->n && round->slots[i].state != SLOT_WAITING) {
-            i++;
-        }
-        round->cursor = i;
-        if (i < round->what->n && !round->failed) {
+        i = choose(jobs, round, who);
+        if (i != SIZE_MAX) {
             place = (struct place){.round = round, .index = i};
         }
     }
@@ -112,6 +138,8 @@ static struct place take(struct jobs *jobs, const char *job)
         struct jobs_open_round **link = &jobs->rounds.first;
 
         place.round->slots[place.index].state = SLOT_TAKEN;
+        /* Before the store is asked: it counts among those that its slots allow. */
+        jobs_remotes_note(&jobs->remotes, who, REMOTE_LEASED, place.round->what->kind->name);
         place.round->users++;
         /* To the end of the list: the others have their turn. */
         while (*link != place.round) {
@@ -128,6 +156,12 @@ static struct place take(struct jobs *jobs, const char *job)
     return place;
 }
 
+/* What the store keeps the digest of: the secret, and whose it is. */
+static void write_proof(const struct jobs_proof *proof, char text[PROOF_SIZE])
+{
+    (void)snprintf(text, PROOF_SIZE, "%s\n%s\n%s", proof->secret, proof->owner, proof->job);
+}
+
 static void make_secret(char secret[JOBS_SECRET_SIZE])
 {
     unsigned char bytes[(JOBS_SECRET_SIZE - 1) / 2];
@@ -136,20 +170,23 @@ static void make_secret(char secret[JOBS_SECRET_SIZE])
     (void)sodium_bin2hex(secret, JOBS_SECRET_SIZE, bytes, sizeof bytes);
 }
 
-/* Notes what became of the try to lease the slot, and leaves the round. */
+/* Notes what became of the try to lease the slot, and leaves the round. text: of its proof. */
 static void settle(struct jobs *jobs, struct place place, const struct jobs_lease *lease,
-                   const char *worker, int status)
+                   const struct jobs_remote *remote, const char *text, int status)
 {
-    struct store_task *row = &place.round->slots[place.index].row;
+    struct jobs_slot *slot = &place.round->slots[place.index];
+    struct store_task *row = &slot->row;
 
     pthread_mutex_lock(&jobs->rounds.mutex);
     if (status == 0) {
         row->attempt = lease->attempt;
-        store_sha256_hex(row->secret, lease->secret, strlen(lease->secret));
-        (void)snprintf(row->worker, sizeof row->worker, "%s", worker);
+        store_sha256_hex(row->secret, text, strlen(text));
+        memcpy(slot->who, remote->who, sizeof slot->who);
+        (void)snprintf(row->worker, sizeof row->worker, "%s", remote->name);
         jobs_slot_lease(place.round, place.index, lease->seconds);
     } else {
-        jobs_slot_free(place.round, place.index, false, NULL);
+        jobs_slot_free(place.round, place.index);
+        jobs_remotes_note(&jobs->remotes, remote->who, REMOTE_OVER, lease->kind);
     }
     leave_held(place.round);
     pthread_mutex_unlock(&jobs->rounds.mutex);
@@ -157,13 +194,16 @@ static void settle(struct jobs *jobs, struct place place, const struct jobs_leas
 
 int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_lease *lease)
 {
-    struct place place = take(jobs, remote->job);
+    struct place place = {.round = NULL};
     const struct jobs_round *what;
     const struct store_task *row;
+    char text[PROOF_SIZE];
     int status;
 
     *lease = (struct jobs_lease){.seconds = jobs->config.lease_seconds};
-    jobs_remotes_sign(&jobs->remotes, remote);
+    if (jobs_remotes_sign(&jobs->remotes, remote)) {
+        place = take(jobs, remote->job, remote->who);
+    }
     if (!place.round) {
         return STORE_NOT_FOUND;
     }
@@ -173,14 +213,14 @@ int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_
     lease->attempt = row->attempt + 1;
     memcpy(lease->task, row->id, sizeof lease->task);
     make_secret(lease->secret);
+    write_proof(&(struct jobs_proof){lease->secret, remote->owner, remote->job}, text);
     status = what->describe(what->user, place.index, &lease->what) == 0 ? STORE_OK : STORE_NOMEM;
     if (status == STORE_OK) {
-        status = store_task_lease(jobs->config.store, lease->task, lease->attempt, lease->secret,
-                                  remote->name);
+        status =
+            store_task_lease(jobs->config.store, lease->task, lease->attempt, text, remote->name);
     }
-    settle(jobs, place, lease, remote->name, status);
+    settle(jobs, place, lease, remote, text, status);
     if (status == STORE_OK) {
-        jobs_remotes_note(&jobs->remotes, remote->name, REMOTE_LEASED, lease->kind);
         metrics_add(jobs->config.metrics, METRIC_TASKS, METRIC_LABELS(lease->kind, "leased"), 1);
     } else {
         jobs_task_clear(&lease->what);
@@ -190,24 +230,31 @@ int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_
 
 /* ---- While it is leased ---------------------------------------------------------------------- */
 
-/* Whether this is the current lease of the task of an open round. The mutex is held. */
-static bool is_current(const struct jobs_slot *slot, const char *secret)
+/* Whether this is the current lease of the task of an open round; then it is known whose it is. The
+   mutex is held. */
+static bool is_current(struct jobs_slot *slot, const struct jobs_proof *proof)
 {
-    char digest[65];
+    char text[PROOF_SIZE], digest[65];
 
-    store_sha256_hex(digest, secret, strlen(secret));
-    return slot->state == SLOT_LEASED && sodium_memcmp(digest, slot->row.secret, 64) == 0;
+    write_proof(proof, text);
+    store_sha256_hex(digest, text, strlen(text));
+    if (slot->state != SLOT_LEASED || sodium_memcmp(digest, slot->row.secret, 64) != 0) {
+        return false;
+    }
+    jobs_remote_who(proof->owner, proof->job, slot->row.worker, slot->who);
+    return true;
 }
 
 /* Enters the round of the lease; its round is NULL where it is not current. */
-static struct place enter_current(struct jobs *jobs, const char *task, const char *secret)
+static struct place enter_current(struct jobs *jobs, const char *task,
+                                  const struct jobs_proof *proof)
 {
     struct place place = enter(jobs, task);
     bool current = false;
 
     if (place.round) {
         pthread_mutex_lock(&jobs->rounds.mutex);
-        current = is_current(&place.round->slots[place.index], secret);
+        current = is_current(&place.round->slots[place.index], proof);
         pthread_mutex_unlock(&jobs->rounds.mutex);
     }
     if (!current) {
@@ -217,10 +264,10 @@ static struct place enter_current(struct jobs *jobs, const char *task, const cha
     return place;
 }
 
-int jobs_lease_content(struct jobs *jobs, const char *task, const char *secret, const char *digest,
-                       struct tasks_bytes *content)
+int jobs_lease_content(struct jobs *jobs, const char *task, const struct jobs_proof *proof,
+                       const char *digest, struct tasks_bytes *content)
 {
-    struct place place = enter_current(jobs, task, secret);
+    struct place place = enter_current(jobs, task, proof);
     struct jobs_task what = {.n_contents = 0};
     int status = STORE_NOT_FOUND;
 
@@ -266,22 +313,24 @@ static int extend(struct jobs *jobs, struct jobs_slot *slot)
     return STORE_OK;
 }
 
-int jobs_lease_extend(struct jobs *jobs, const char *task, const char *secret, double *seconds)
+int jobs_lease_extend(struct jobs *jobs, const char *task, const struct jobs_proof *proof,
+                      double *seconds)
 {
     struct place place = enter(jobs, task);
+    char text[PROOF_SIZE];
     int status = STORE_CONFLICT;
 
+    write_proof(proof, text);
     *seconds = jobs->config.lease_seconds;
     if (!place.round) { /* the job has not come to it again: it will honour the lease */
-        return store_task_holds(jobs->config.store, task, secret);
+        return store_task_holds(jobs->config.store, task, text);
     }
     pthread_mutex_lock(&jobs->rounds.mutex);
-    if (is_current(&place.round->slots[place.index], secret)) {
+    if (is_current(&place.round->slots[place.index], proof)) {
         struct jobs_slot *slot = &place.round->slots[place.index];
 
         status = extend(jobs, slot);
-        jobs_remotes_note(&jobs->remotes, slot->row.worker, REMOTE_ALIVE,
-                          place.round->what->kind->name);
+        jobs_remotes_note(&jobs->remotes, slot->who, REMOTE_ALIVE, place.round->what->kind->name);
     }
     leave_held(place.round);
     pthread_mutex_unlock(&jobs->rounds.mutex);
@@ -298,7 +347,7 @@ struct end {
 };
 
 /* Notes the end of a lease that the store has agreed to. Leaves the round. */
-static void note_end(struct jobs *jobs, struct place place, const char *secret,
+static void note_end(struct jobs *jobs, struct place place, const struct jobs_proof *proof,
                      const struct end *end)
 {
     struct jobs_slot *slot = &place.round->slots[place.index];
@@ -306,9 +355,9 @@ static void note_end(struct jobs *jobs, struct place place, const char *secret,
     double seconds = 0.0;
 
     pthread_mutex_lock(&jobs->rounds.mutex);
-    if (is_current(slot, secret)) {
+    if (is_current(slot, proof)) {
         seconds = clock_now() - slot->since;
-        jobs_remotes_note(&jobs->remotes, slot->row.worker,
+        jobs_remotes_note(&jobs->remotes, slot->who,
                           end->result ? REMOTE_DONE
                           : end->lost ? REMOTE_LOST
                                       : REMOTE_BACK,
@@ -317,8 +366,10 @@ static void note_end(struct jobs *jobs, struct place place, const char *secret,
             place.round->seconds += seconds;
             place.round->measured++;
             jobs_slot_finish(place.round, place.index, end->result);
+        } else if (end->lost) {
+            jobs_slot_lose(jobs, place.round, place.index, end->certain);
         } else {
-            jobs_slot_free(place.round, place.index, end->lost, end->certain);
+            jobs_slot_free(place.round, place.index);
         }
     }
     leave_held(place.round);
@@ -335,14 +386,17 @@ static void note_end(struct jobs *jobs, struct place place, const char *secret,
     }
 }
 
-int jobs_lease_give_back(struct jobs *jobs, const char *task, const char *secret,
+int jobs_lease_give_back(struct jobs *jobs, const char *task, const struct jobs_proof *proof,
                          const char *reason, bool certain)
 {
     struct place place = enter(jobs, task);
-    int status = store_task_give_back(jobs->config.store, task, secret, reason);
+    char text[PROOF_SIZE];
+    int status;
 
+    write_proof(proof, text);
+    status = store_task_give_back(jobs->config.store, task, text, reason);
     if (place.round && status == STORE_OK) {
-        note_end(jobs, place, secret,
+        note_end(jobs, place, proof,
                  &(struct end){.lost = reason != NULL, .certain = certain ? reason : NULL});
     } else {
         leave(jobs, place);
@@ -365,29 +419,31 @@ static bool fits(const struct place *place, const void *bytes, size_t size)
     return good;
 }
 
-int jobs_lease_finish(struct jobs *jobs, const char *task, const char *secret, const void *bytes,
-                      size_t size)
+int jobs_lease_finish(struct jobs *jobs, const char *task, const struct jobs_proof *proof,
+                      const void *bytes, size_t size)
 {
     struct place place = enter(jobs, task);
     struct tasks_bytes copy = {.bytes = malloc(size ? size : 1), .size = size};
+    char text[PROOF_SIZE];
     int status = copy.bytes ? STORE_OK : STORE_NOMEM;
 
+    write_proof(proof, text);
     if (status == STORE_OK && !fits(&place, bytes, size)) {
         leave(jobs, place);
         free(copy.bytes);
-        status = jobs_lease_give_back(jobs, task, secret, "a result that cannot be one", false);
+        status = jobs_lease_give_back(jobs, task, proof, "a result that cannot be one", false);
         return status == STORE_OK ? STORE_CORRUPT : status;
     }
     if (status == STORE_OK) {
         memcpy(copy.bytes, bytes, size);
-        status = store_task_finish(jobs->config.store, task, secret, bytes, size);
+        status = store_task_finish(jobs->config.store, task, text, bytes, size);
     }
     if (status == STORE_OK) {
         metrics_add(jobs->config.metrics, METRIC_TASK_BYTES, METRIC_LABELS("results"),
                     (double)size);
     }
     if (place.round && status == STORE_OK) {
-        note_end(jobs, place, secret, &(struct end){.result = &copy});
+        note_end(jobs, place, proof, &(struct end){.result = &copy});
     } else {
         leave(jobs, place);
     }

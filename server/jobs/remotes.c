@@ -9,10 +9,16 @@
 #include "jobs/rounds.h"
 
 #include "clock.h"
+#include "store/digest.h"
 #include "store/store.h"
 
+#include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define LOSSES_MAX 3  /* leases in a row without a result, and a worker has to rest */
+#define REST_MAX 60.0 /* seconds; the first rest is one second, and each is twice the last */
 
 void jobs_remotes_init(struct jobs_remotes *remotes)
 {
@@ -41,14 +47,54 @@ static void forget(struct jobs_remotes *remotes)
     remotes->count = left;
 }
 
-static struct jobs_remote_state *find(struct jobs_remotes *remotes, const char *name)
+static struct jobs_remote_state *find(struct jobs_remotes *remotes, const char *who)
 {
     for (size_t i = 0; i < remotes->count; i++) {
-        if (strcmp(remotes->list[i].remote.name, name) == 0) {
+        if (strcmp(remotes->list[i].remote.who, who) == 0) {
             return &remotes->list[i];
         }
     }
     return NULL;
+}
+
+static size_t leased_by(const struct jobs_remote_state *state)
+{
+    size_t leased = 0;
+
+    for (size_t k = 0; k < TASKS_KINDS_MAX; k++) {
+        leased += state->of[k].leased;
+    }
+    return leased;
+}
+
+static bool has_worked(const struct jobs_remote_state *state)
+{
+    bool worked = false;
+
+    for (size_t k = 0; k < TASKS_KINDS_MAX; k++) {
+        worked = worked || state->of[k].done > 0;
+    }
+    return worked;
+}
+
+/* The one to forget where there is no room: without a lease, rather one that has never done
+   anything, and of these the one that was silent for longest. NULL: all have leases. */
+static struct jobs_remote_state *least_of(struct jobs_remotes *remotes)
+{
+    struct jobs_remote_state *least = NULL;
+
+    for (size_t i = 0; i < remotes->count; i++) {
+        struct jobs_remote_state *state = &remotes->list[i];
+
+        if (leased_by(state) > 0) {
+            continue;
+        }
+        if (!least || has_worked(state) < has_worked(least) ||
+            (has_worked(state) == has_worked(least) && state->last < least->last)) {
+            least = state;
+        }
+    }
+    return least;
 }
 
 /* A place for one more, or NULL. The mutex is held. */
@@ -57,17 +103,53 @@ static struct jobs_remote_state *add(struct jobs_remotes *remotes)
     if (!remotes->list) {
         remotes->list = calloc(JOBS_REMOTES_MAX, sizeof *remotes->list);
     }
-    return remotes->list && remotes->count < JOBS_REMOTES_MAX ? &remotes->list[remotes->count++]
-                                                              : NULL;
+    if (!remotes->list) {
+        return NULL;
+    }
+    return remotes->count < JOBS_REMOTES_MAX ? &remotes->list[remotes->count++] : least_of(remotes);
 }
 
-void jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *remote)
+static bool may_lease(const struct jobs_remote_state *state, const char *job)
+{
+    return !state->remote.job[0] || !job[0] || strcmp(state->remote.job, job) == 0;
+}
+
+/* As jobs_remotes_other. The mutex is held. */
+static bool has_other(const struct jobs_remotes *remotes, const char *who, const char *job,
+                      bool (*fits)(const void *user, const char *who), const void *user)
+{
+    double now = clock_now();
+
+    for (size_t i = 0; i < remotes->count; i++) {
+        const struct jobs_remote_state *state = &remotes->list[i];
+
+        if (now < state->until && state->losses < LOSSES_MAX && may_lease(state, job) &&
+            strcmp(state->remote.who, who) != 0 && (!fits || fits(user, state->remote.who))) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool jobs_remotes_other(struct jobs_remotes *remotes, const char *who, const char *job,
+                        bool (*fits)(const void *user, const char *who), const void *user)
+{
+    bool has;
+
+    pthread_mutex_lock(&remotes->mutex);
+    has = has_other(remotes, who, job, fits, user);
+    pthread_mutex_unlock(&remotes->mutex);
+    return has;
+}
+
+bool jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *remote)
 {
     int64_t now = store_now_ms();
     struct jobs_remote_state *state;
+    bool may = false;
 
     pthread_mutex_lock(&remotes->mutex);
-    state = find(remotes, remote->name);
+    state = find(remotes, remote->who);
     if (!state) {
         forget(remotes);
         state = add(remotes);
@@ -79,8 +161,35 @@ void jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *r
         state->remote = *remote;
         state->last_ms = now;
         state->last = clock_now();
+        state->until = state->last + fmax(remote->wait, remotes->lease_seconds) + 1.0;
+        may = leased_by(state) < remote->slots &&
+              (state->last >= state->rest_until ||
+               !has_other(remotes, remote->who, remote->job, NULL, NULL));
     }
     pthread_mutex_unlock(&remotes->mutex);
+    return may;
+}
+
+void jobs_remote_gone(struct jobs *jobs, const struct jobs_remote *remote)
+{
+    struct jobs_remotes *remotes = &jobs->remotes;
+    struct jobs_remote_state *state;
+
+    pthread_mutex_lock(&remotes->mutex);
+    state = find(remotes, remote->who);
+    if (state && leased_by(state) == 0) {
+        state->until = 0.0;
+    }
+    pthread_mutex_unlock(&remotes->mutex);
+}
+
+void jobs_remote_who(const char *owner, const char *job, const char *name, char who[JOBS_WHO_SIZE])
+{
+    char text[STORE_OWNER_MAX + STORE_ID_MAX + JOBS_REMOTE_NAME_MAX + 2], digest[65];
+
+    (void)snprintf(text, sizeof text, "%s\n%s\n%s", owner, job, name);
+    store_sha256_hex(digest, text, strlen(text));
+    (void)snprintf(who, JOBS_WHO_SIZE, "%.32s", digest);
 }
 
 static size_t index_of(const char *kind)
@@ -93,20 +202,37 @@ static size_t index_of(const char *kind)
     return i;
 }
 
-void jobs_remotes_note(struct jobs_remotes *remotes, const char *name, enum jobs_remote_event event,
+/* A lease has ended, or not, with a result. */
+static void count_losses(struct jobs_remote_state *state, enum jobs_remote_event event)
+{
+    if (event == REMOTE_DONE) {
+        state->losses = 0;
+        state->rest_until = 0.0;
+    } else if (event == REMOTE_LOST || event == REMOTE_BACK) {
+        state->losses++;
+        if (state->losses >= LOSSES_MAX) {
+            state->rest_until =
+                clock_now() + fmin(exp2((double)(state->losses - LOSSES_MAX)), REST_MAX);
+        }
+    }
+}
+
+void jobs_remotes_note(struct jobs_remotes *remotes, const char *who, enum jobs_remote_event event,
                        const char *kind)
 {
     struct jobs_remote_state *state;
 
     pthread_mutex_lock(&remotes->mutex);
-    state = find(remotes, name);
+    state = find(remotes, who);
     if (state) {
         struct jobs_remote_counts *of = &state->of[index_of(kind)];
 
-        if (event != REMOTE_LOST) {
+        if (event != REMOTE_LOST && event != REMOTE_OVER) {
             state->last_ms = store_now_ms();
             state->last = clock_now();
+            state->until = state->last + remotes->lease_seconds + 1.0;
         }
+        count_losses(state, event);
         of->leased += event == REMOTE_LEASED;
         of->leased -= event != REMOTE_LEASED && event != REMOTE_ALIVE && of->leased > 0;
         of->done += event == REMOTE_DONE;
@@ -144,9 +270,7 @@ void jobs_remotes_count(struct jobs *jobs, size_t *workers, size_t *leased)
     *workers = remotes->count;
     *leased = 0;
     for (size_t i = 0; i < remotes->count; i++) {
-        for (size_t k = 0; k < TASKS_KINDS_MAX; k++) {
-            *leased += remotes->list[i].of[k].leased;
-        }
+        *leased += leased_by(&remotes->list[i]);
     }
     pthread_mutex_unlock(&remotes->mutex);
 }

@@ -4,8 +4,7 @@
  *
  * The thread of the run sleeps. Requests of workers change slots and wake it; four times a second
  * it looks for leases that have expired, by the monotonic clock, and whether the job is to stop. A
- * task that has lost as many attempts as it may, or has failed for certain twice in the same way,
- * is poison: the job fails with what was said of them.
+ * task that was lost too often (losers.c) is poison: the job fails with what was said of it.
  *
  * A result is charged to the memory of the job from when it comes until it is taken. Where the job
  * has no room it stays in the store alone, and is read when its turn has come.
@@ -105,26 +104,24 @@ void jobs_slot_finish(struct jobs_open_round *round, size_t index, struct tasks_
     pthread_cond_signal(&round->changed);
 }
 
-void jobs_slot_free(struct jobs_open_round *round, size_t index, bool lost, const char *certain)
+void jobs_slot_free(struct jobs_open_round *round, size_t index)
 {
     struct jobs_slot *slot = &round->slots[index];
-    char digest[65] = "";
-    bool same = false;
 
-    if (certain) {
-        store_sha256_hex(digest, certain, strlen(certain));
-        same = strcmp(digest, slot->certain) == 0;
-        memcpy(slot->certain, digest, sizeof digest);
-    }
     unlink_slot(round, slot);
     slot->state = SLOT_WAITING;
-    slot->row.lost += lost;
-    if ((same || slot->row.lost >= JOBS_TASK_LOST_MAX) && !round->failed) {
+    round->cursor = index < round->cursor ? index : round->cursor;
+    pthread_cond_signal(&round->changed);
+}
+
+void jobs_slot_lose(struct jobs *jobs, struct jobs_open_round *round, size_t index,
+                    const char *certain)
+{
+    if (jobs_slot_blame(jobs, round, &round->slots[index], certain) && !round->failed) {
         round->failed = true;
         round->poison = index;
     }
-    round->cursor = index < round->cursor ? index : round->cursor;
-    pthread_cond_signal(&round->changed);
+    jobs_slot_free(round, index);
 }
 
 /* ---- Opening --------------------------------------------------------------------------------- */
@@ -245,11 +242,12 @@ static bool lose(struct jobs_run *run, struct jobs_open_round *round, size_t ind
     struct jobs_slot *slot = &round->slots[index];
     double limit = jobs->config.task_seconds;
     int64_t attempt = slot->row.attempt;
-    char worker[STORE_ID_MAX], reason[STORE_ID_MAX + 80];
+    char worker[STORE_ID_MAX], reason[STORE_ID_MAX + 80], who[JOBS_WHO_SIZE];
     bool lost;
 
     slot->losing = true;
     (void)snprintf(worker, sizeof worker, "%s", slot->row.worker);
+    memcpy(who, slot->who, sizeof who);
     if (clock_now() - slot->since > limit) {
         (void)snprintf(reason, sizeof reason, "attempt %lld: no result of %s in %.0f s",
                        (long long)attempt, worker, limit);
@@ -262,12 +260,12 @@ static bool lose(struct jobs_run *run, struct jobs_open_round *round, size_t ind
     if (lost) {
         metrics_add(jobs->config.metrics, METRIC_TASKS,
                     METRIC_LABELS(round->what->kind->name, "lost"), 1);
-        jobs_remotes_note(&jobs->remotes, worker, REMOTE_LOST, round->what->kind->name);
+        jobs_remotes_note(&jobs->remotes, who, REMOTE_LOST, round->what->kind->name);
         jobs_log(jobs, "task-lost", run->job, reason);
     }
     pthread_mutex_lock(&jobs->rounds.mutex);
     if (lost && slot->state == SLOT_LEASED && slot->row.attempt == attempt) {
-        jobs_slot_free(round, index, true, NULL);
+        jobs_slot_lose(jobs, round, index, NULL);
     }
     return lost;
 }
@@ -403,7 +401,7 @@ static int take_arrived(struct jobs_run *run, struct jobs_open_round *round, siz
             ++*taken;
         } else { /* its place goes to the last that came */
             round->arrived[*taken] = round->arrived[--round->done];
-            jobs_slot_free(round, index, true, NULL);
+            jobs_slot_lose(jobs, round, index, NULL);
         }
     }
     return status;
@@ -436,9 +434,16 @@ static int wait_for_all(struct jobs_run *run, struct jobs_open_round *round,
         }
         look = clock_now() + LOOK_SECONDS;
         freed = expire(run, round);
+        if (round->withheld > 0.0 && clock_now() >= round->withheld) {
+            round->withheld = 0.0;
+            freed = true;
+        }
         pthread_mutex_unlock(&jobs->rounds.mutex);
         if (freed) {
             jobs_rounds_offer(jobs);
+        }
+        if (atomic_load(&jobs->draining)) {
+            jobs_run_yield(run); /* what workers bring meanwhile the store keeps */
         }
         status = run->context.canceled(run) ? SRNF_ECANCELED : 0;
         pthread_mutex_lock(&jobs->rounds.mutex);
@@ -468,6 +473,10 @@ static void withdraw(struct jobs *jobs, struct jobs_open_round *round)
     while (round->users > 0) {
         pthread_cond_wait(&round->changed, &jobs->rounds.mutex);
     }
+    for (size_t i = round->first_leased; i != SIZE_MAX; i = round->slots[i].after) {
+        jobs_remotes_note(&jobs->remotes, round->slots[i].who, REMOTE_OVER,
+                          round->what->kind->name);
+    }
     pthread_mutex_unlock(&jobs->rounds.mutex);
 }
 
@@ -479,6 +488,7 @@ static int fail_poisoned(struct jobs_run *run, const struct jobs_open_round *rou
 {
     const struct jobs_slot *slot = &round->slots[round->poison];
     char reasons[STORE_TASK_REASONS_MAX] = "";
+    size_t workers = slot->n_losers;
 
     (void)store_task_reasons(run->jobs->config.store, slot->row.id, reasons);
     for (char *at = reasons; (at = strchr(at, '\n')) != NULL;) {
@@ -486,9 +496,10 @@ static int fail_poisoned(struct jobs_run *run, const struct jobs_open_round *rou
     }
     result->problem_code = "task-failed";
     (void)snprintf(result->problem_detail, sizeof result->problem_detail,
-                   "Task %zu of %zu (%s) was lost %lld times; the workers said: %.280s.",
+                   "Task %zu of %zu (%s) was lost %lld times by %zu worker%s, which said: %.280s.",
                    round->poison + 1, round->what->n, round->what->kind->name,
-                   (long long)slot->row.lost, reasons[0] ? reasons : "nothing");
+                   (long long)slot->row.lost, workers, workers == 1 ? "" : "s",
+                   reasons[0] ? reasons : "nothing");
     return JOBS_TASK_FAILED;
 }
 

@@ -21,6 +21,12 @@
 
 enum slot_state { SLOT_WAITING, SLOT_TAKEN, SLOT_LEASED, SLOT_DONE };
 
+/* A worker that has lost a task. */
+struct jobs_loser {
+    char who[JOBS_WHO_SIZE];
+    unsigned times;
+};
+
 struct jobs_slot {
     struct store_task row;
     enum slot_state state;
@@ -29,7 +35,11 @@ struct jobs_slot {
     bool losing;           /* the store is asked to lose the lease: it is extended no more */
     unsigned char *result; /* malloc, charged to the job; NULL: the store has it alone */
     size_t size;
+    char who[JOBS_WHO_SIZE]; /* has the lease, "": not known, as of one given before a restart */
+    struct jobs_loser losers[JOBS_TASK_LOSERS_MAX];
+    size_t n_losers;
     char certain[65]; /* digest of the last failure that a worker called certain, or "" */
+    char certain_who[JOBS_WHO_SIZE]; /* who called it so */
 };
 
 struct jobs_open_round {
@@ -43,7 +53,9 @@ struct jobs_open_round {
     size_t first_leased;        /* SIZE_MAX: none */
     size_t cursor;              /* no slot before it is WAITING */
     size_t users;
-    bool failed; /* a task was lost too often, or for certain */
+    double withheld; /* when all who wait are to be asked again, since a task was not given to one
+                        who lost it; by the monotonic clock, 0: never */
+    bool failed;     /* a task was lost too often, or for certain */
     size_t poison;
     double seconds;  /* that tasks took whose leases have ended with a result */
     size_t measured; /* how many these are */
@@ -64,9 +76,18 @@ void jobs_rounds_destroy(struct jobs_rounds *rounds);
 void jobs_slot_lease(struct jobs_open_round *round, size_t index, double seconds);
 /* A task is done; result (malloc) is taken over, where the job has room for it. */
 void jobs_slot_finish(struct jobs_open_round *round, size_t index, struct tasks_bytes *result);
-/* A task is free again; lost: its attempt was. certain: why, where every attempt would end so; NULL
+/* A task is free again. */
+void jobs_slot_free(struct jobs_open_round *round, size_t index);
+/* The same, and its attempt was lost. certain: why, where every attempt would end so; NULL
    otherwise. */
-void jobs_slot_free(struct jobs_open_round *round, size_t index, bool lost, const char *certain);
+void jobs_slot_lose(struct jobs *jobs, struct jobs_open_round *round, size_t index,
+                    const char *certain);
+/* Whether the task is for this worker: no other lives that has lost it fewer times (losers.c). */
+bool jobs_slot_suits(struct jobs *jobs, const struct jobs_open_round *round,
+                     const struct jobs_slot *slot, const char *who);
+/* Notes that the worker of the lease has lost the task; true: once too often (losers.c). */
+bool jobs_slot_blame(struct jobs *jobs, const struct jobs_open_round *round, struct jobs_slot *slot,
+                     const char *certain);
 /* Tells those who wait for tasks that there may be some. No lock is held. */
 void jobs_rounds_offer(struct jobs *jobs);
 
@@ -82,14 +103,27 @@ struct jobs_remotes {
     pthread_mutex_t mutex;
     struct jobs_remote_state *list; /* [count] of JOBS_REMOTES_MAX */
     size_t count;
+    double lease_seconds; /* from its start on */
 };
 void jobs_remotes_init(struct jobs_remotes *remotes);
 void jobs_remotes_destroy(struct jobs_remotes *remotes);
-/* The worker has asked for a task. */
-void jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *remote);
-enum jobs_remote_event { REMOTE_LEASED, REMOTE_ALIVE, REMOTE_DONE, REMOTE_BACK, REMOTE_LOST };
-/* What became of a lease, of a task of that kind, of the worker of that name. */
-void jobs_remotes_note(struct jobs_remotes *remotes, const char *name, enum jobs_remote_event event,
+/* The worker has asked for a task. False: it is to get none now. */
+bool jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *remote);
+/* REMOTE_OVER: a lease has ended, and not by what the worker did. */
+enum jobs_remote_event {
+    REMOTE_LEASED,
+    REMOTE_ALIVE,
+    REMOTE_DONE,
+    REMOTE_BACK,
+    REMOTE_LOST,
+    REMOTE_OVER
+};
+/* What became of a lease, of a task of that kind, of that worker. */
+void jobs_remotes_note(struct jobs_remotes *remotes, const char *who, enum jobs_remote_event event,
                        const char *kind);
+/* Whether a worker lives beside that one that may lease tasks of the job, does not lose all that it
+   gets, and fits; fits NULL: any. */
+bool jobs_remotes_other(struct jobs_remotes *remotes, const char *who, const char *job,
+                        bool (*fits)(const void *user, const char *who), const void *user);
 
 #endif

@@ -89,11 +89,17 @@ static bool on_canceled(void *user)
     }
     if (atomic_load_explicit(&run->overran, memory_order_relaxed) ||
         atomic_load_explicit(&run->cancel, memory_order_relaxed) ||
+        atomic_load_explicit(&run->yields, memory_order_relaxed) ||
         atomic_load_explicit(&run->jobs->abandoned, memory_order_relaxed)) {
         atomic_store_explicit(&run->stopping, true, memory_order_relaxed);
         return true;
     }
     return false;
+}
+
+void jobs_run_yield(struct jobs_run *run)
+{
+    atomic_store(&run->yields, true);
 }
 
 bool jobs_run_stopping(const struct jobs_run *run)
@@ -122,6 +128,7 @@ void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *jo
     run->deadline = jobs->config.job_seconds > 0.0 ? on_seconds(run) + jobs->config.job_seconds
                                                    : (double)INFINITY;
     atomic_init(&run->overran, false);
+    atomic_init(&run->yields, false);
     atomic_init(&run->stopping, false);
     atomic_init(&run->cancel, false);
     atomic_init(&run->loop.next, 0);

@@ -14,9 +14,11 @@
 #include "tasks/tasks.h"
 
 #define JOBS_TASK_LOST_MAX 5      /* attempts of a task without a result, and its job fails */
+#define JOBS_TASK_LOSERS_MAX 5    /* workers that have lost it, and its job fails */
 #define JOBS_LEASE_SECONDS 15.0   /* without a sign of the worker */
 #define JOBS_TASK_SECONDS 600.0   /* without a result, whatever signs the worker gives */
 #define JOBS_SECRET_SIZE 33       /* 32 hexadecimal digits and a zero */
+#define JOBS_WHO_SIZE 33          /* of a worker: digest of its name and token, and a zero */
 #define JOBS_REMOTE_NAME_MAX 64   /* bytes of what a worker tells of itself, with the zero */
 #define JOBS_REMOTES_MAX 2048     /* workers that are remembered */
 #define JOBS_REMOTE_SECONDS 120.0 /* after the last sign of a worker, until it is forgotten */
@@ -60,7 +62,17 @@ struct jobs_remote {
     char host[JOBS_REMOTE_NAME_MAX], cpu[JOBS_REMOTE_NAME_MAX];
     char owner[STORE_OWNER_MAX]; /* name of its token, "" without */
     size_t slots;
-    char job[STORE_ID_MAX]; /* whose tasks alone it may lease; "": those of all */
+    double wait;             /* seconds that it waits for a task */
+    char job[STORE_ID_MAX];  /* whose tasks alone it may lease; "": those of all */
+    char who[JOBS_WHO_SIZE]; /* jobs_remote_who */
+};
+/* Who a worker is: its name, and the token with which it comes. */
+void jobs_remote_who(const char *owner, const char *job, const char *name, char who[JOBS_WHO_SIZE]);
+
+/* How a caller proves that a lease is its own: by the secret, and the token that it was given
+   with. */
+struct jobs_proof {
+    const char *secret, *owner, *job; /* the latter as in struct jobs_remote */
 };
 
 struct jobs_lease {
@@ -70,22 +82,28 @@ struct jobs_lease {
     double seconds; /* that it holds without a heartbeat */
     struct jobs_task what;
 };
-/* A lease of the next task, the open rounds in turn. STORE_NOT_FOUND: there is none to lease now.
+/* A lease of the next task, the open rounds in turn. STORE_NOT_FOUND: there is none for this worker
+   now: it has as many as it has slots, or lost its last tasks and has to rest, or all that wait it
+   has lost, and others live that have not.
    lease is to be cleared by jobs_task_clear(&lease->what). */
 int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_lease *lease);
-/* All below: STORE_CONFLICT where this is not the current lease of the task (any more). */
+/* The worker that waited for a task has gone. */
+void jobs_remote_gone(struct jobs *jobs, const struct jobs_remote *remote);
+/* All below: STORE_CONFLICT where this is not the current lease of the task (any more), or another
+   token's. */
 /* The bytes of one of the contents of the task: malloc. STORE_NOT_FOUND: it has no such content. */
-int jobs_lease_content(struct jobs *jobs, const char *task, const char *secret, const char *digest,
-                       struct tasks_bytes *content);
+int jobs_lease_content(struct jobs *jobs, const char *task, const struct jobs_proof *proof,
+                       const char *digest, struct tasks_bytes *content);
 /* It holds for *seconds more. Nothing is written. */
-int jobs_lease_extend(struct jobs *jobs, const char *task, const char *secret, double *seconds);
+int jobs_lease_extend(struct jobs *jobs, const char *task, const struct jobs_proof *proof,
+                      double *seconds);
 /* Takes the result of the lease; bytes are copied. STORE_CORRUPT: it cannot be the result of this
    task; the attempt is lost. */
-int jobs_lease_finish(struct jobs *jobs, const char *task, const char *secret, const void *bytes,
-                      size_t size);
+int jobs_lease_finish(struct jobs *jobs, const char *task, const struct jobs_proof *proof,
+                      const void *bytes, size_t size);
 /* reason NULL: nothing was wrong with it. certain: any attempt will end so; the second time that a
    task ends so for the same reason, its job fails. */
-int jobs_lease_give_back(struct jobs *jobs, const char *task, const char *secret,
+int jobs_lease_give_back(struct jobs *jobs, const char *task, const struct jobs_proof *proof,
                          const char *reason, bool certain);
 
 /* ---- Who works (remotes.c) ------------------------------------------------------------------- */
@@ -94,6 +112,9 @@ struct jobs_remote_state {
     struct jobs_remote remote;
     int64_t first_ms, last_ms; /* signs of it, by the clock of the day */
     double last;               /* by the monotonic clock */
+    double until;              /* by the same: it lives so long, without a sign */
+    size_t losses;             /* leases that ended without a result since the last with one */
+    double rest_until;         /* by the monotonic clock: it gets nothing before, beside others */
     struct jobs_remote_counts {
         size_t leased, done, lost; /* tasks at work, with a result, and without */
     } of[TASKS_KINDS_MAX];         /* by the index of tasks_kind_at */

@@ -36,7 +36,7 @@ struct store_task {
    given. */
 int store_tasks_open(struct store *store, const char *job, const char *kind, size_t n,
                      struct store_task *tasks);
-/* Attempt `attempt` of a waiting task goes to a worker. secret: as the worker gets it; of it the
+/* Attempt `attempt` of a waiting task goes to a worker. secret: what that has to prove; of it the
    digest is kept. */
 int store_task_lease(struct store *store, const char *id, int64_t attempt, const char *secret,
                      const char *worker);

@@ -213,6 +213,16 @@ static void read_cpu(char cpu[WORKER_NAME_MAX])
     }
 }
 
+/* As the service takes names: what it would refuse becomes a question mark. */
+static void make_plain(char *text)
+{
+    for (; *text; text++) {
+        if (*text < ' ' || *text > '~' || strchr("<>&\"'", *text)) {
+            *text = '?';
+        }
+    }
+}
+
 static void introduce(struct worker *worker)
 {
     unsigned char bytes[4];
@@ -222,11 +232,13 @@ static void introduce(struct worker *worker)
         (void)snprintf(worker->host, sizeof worker->host, "unknown");
     }
     worker->host[sizeof worker->host - 1] = '\0';
+    make_plain(worker->host);
     randombytes_buf(bytes, sizeof bytes);
     (void)sodium_bin2hex(hex, sizeof hex, bytes, sizeof bytes);
     (void)snprintf(worker->name, sizeof worker->name, "%.40s-%ld-%s", worker->host, (long)getpid(),
                    hex);
     read_cpu(worker->cpu);
+    make_plain(worker->cpu);
     build_arithmetic_id(worker->build);
 }
 
