@@ -19,6 +19,7 @@ struct config {
     char executor[CONFIG_TEXT_MAX]; /* local, workers or slurm */
     double lease_seconds;           /* that a worker may give no sign */
     double task_seconds;            /* that a worker may give no result */
+    double verify_tasks;            /* share of results that are computed again */
     /* Of the executor slurm; "" and 0 leave the choice to the cluster. */
     char slurm_partition[CONFIG_TEXT_MAX], slurm_account[CONFIG_TEXT_MAX];
     char slurm_qos[CONFIG_TEXT_MAX], slurm_time[CONFIG_TEXT_MAX];

@@ -164,6 +164,7 @@ static int start_jobs(struct service *service, const struct config *config)
                                .offered = tasks_offered,
                                .lease_seconds = config->lease_seconds,
                                .task_seconds = config->task_seconds,
+                               .verify_tasks = config->verify_tasks,
                                .metrics = service->metrics};
     size_t n = 0;
 

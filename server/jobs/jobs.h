@@ -79,6 +79,7 @@ struct jobs_config {
     void (*progressed)(void *user, const char *job_id);
     double lease_seconds; /* of tasks, without a sign of the worker; 0: JOBS_LEASE_SECONDS */
     double task_seconds;  /* of a lease, without a result; 0: JOBS_TASK_SECONDS */
+    double verify_tasks;  /* share of results of tasks that are computed again, 0 .. 1 */
     bool offers_tasks;    /* to workers on other machines (jobs/tasks.h) */
     /* Called, on any thread and without locks held, whenever there are tasks to lease; may be
        NULL. */

@@ -40,7 +40,7 @@ static void forget(struct jobs_remotes *remotes)
     for (size_t i = 0; i < remotes->count; i++) {
         const struct jobs_remote_state *state = &remotes->list[i];
 
-        if (now - state->last < JOBS_REMOTE_SECONDS) {
+        if (state->barred || now - state->last < JOBS_REMOTE_SECONDS) {
             remotes->list[left++] = *state;
         }
     }
@@ -86,7 +86,7 @@ static struct jobs_remote_state *least_of(struct jobs_remotes *remotes)
     for (size_t i = 0; i < remotes->count; i++) {
         struct jobs_remote_state *state = &remotes->list[i];
 
-        if (leased_by(state) > 0) {
+        if (leased_by(state) > 0 || state->barred) {
             continue;
         }
         if (!least || has_worked(state) < has_worked(least) ||
@@ -123,8 +123,9 @@ static bool has_other(const struct jobs_remotes *remotes, const char *who, const
     for (size_t i = 0; i < remotes->count; i++) {
         const struct jobs_remote_state *state = &remotes->list[i];
 
-        if (now < state->until && state->losses < LOSSES_MAX && may_lease(state, job) &&
-            strcmp(state->remote.who, who) != 0 && (!fits || fits(user, state->remote.who))) {
+        if (!state->barred && now < state->until && state->losses < LOSSES_MAX &&
+            may_lease(state, job) && strcmp(state->remote.who, who) != 0 &&
+            (!fits || fits(user, state->remote.who))) {
             return true;
         }
     }
@@ -162,12 +163,24 @@ bool jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *r
         state->last_ms = now;
         state->last = clock_now();
         state->until = state->last + fmax(remote->wait, remotes->lease_seconds) + 1.0;
-        may = leased_by(state) < remote->slots &&
+        may = !state->barred && leased_by(state) < remote->slots &&
               (state->last >= state->rest_until ||
                !has_other(remotes, remote->who, remote->job, NULL, NULL));
     }
     pthread_mutex_unlock(&remotes->mutex);
     return may;
+}
+
+void jobs_remotes_bar(struct jobs_remotes *remotes, const char *who)
+{
+    struct jobs_remote_state *state;
+
+    pthread_mutex_lock(&remotes->mutex);
+    state = find(remotes, who);
+    if (state) {
+        state->barred = true;
+    }
+    pthread_mutex_unlock(&remotes->mutex);
 }
 
 void jobs_remote_gone(struct jobs *jobs, const struct jobs_remote *remote)

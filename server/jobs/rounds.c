@@ -373,6 +373,9 @@ static int take_one(struct jobs_run *run, struct jobs_open_round *round, size_t 
     if (!bytes.bytes) {
         status = load_result(run, round, index, &bytes, good, result);
     }
+    if (status == 0 && *good && !jobs_verify(run, round, index, &bytes, result)) {
+        status = JOBS_TASK_FAILED;
+    }
     if (status == 0 && *good) {
         status = round->what->take(round->what->user, index, bytes.bytes, bytes.size);
     }

@@ -88,6 +88,11 @@ bool jobs_slot_suits(struct jobs *jobs, const struct jobs_open_round *round,
 /* Notes that the worker of the lease has lost the task; true: once too often (losers.c). */
 bool jobs_slot_blame(struct jobs *jobs, const struct jobs_open_round *round, struct jobs_slot *slot,
                      const char *certain);
+/* Computes some results again, as the configuration says (verify.c). False: the bits are others; the
+   worker gets no more tasks, its leases end, and result has the problem. On the thread of the run,
+   without locks. */
+bool jobs_verify(struct jobs_run *run, const struct jobs_open_round *round, size_t index,
+                 const struct tasks_bytes *bytes, struct jobs_result *result);
 /* Tells those who wait for tasks that there may be some. No lock is held. */
 void jobs_rounds_offer(struct jobs *jobs);
 
@@ -121,6 +126,8 @@ enum jobs_remote_event {
 /* What became of a lease, of a task of that kind, of that worker. */
 void jobs_remotes_note(struct jobs_remotes *remotes, const char *who, enum jobs_remote_event event,
                        const char *kind);
+/* The worker gets no more tasks. */
+void jobs_remotes_bar(struct jobs_remotes *remotes, const char *who);
 /* Whether a worker lives beside that one that may lease tasks of the job, does not lose all that it
    gets, and fits; fits NULL: any. */
 bool jobs_remotes_other(struct jobs_remotes *remotes, const char *who, const char *job,

@@ -113,6 +113,7 @@ struct jobs_remote_state {
     int64_t first_ms, last_ms; /* signs of it, by the clock of the day */
     double last;               /* by the monotonic clock */
     double until;              /* by the same: it lives so long, without a sign */
+    bool barred;               /* a result of it was false: it gets nothing more */
     size_t losses;             /* leases that ended without a result since the last with one */
     double rest_until;         /* by the monotonic clock: it gets nothing before, beside others */
     struct jobs_remote_counts {

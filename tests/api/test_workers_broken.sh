@@ -125,9 +125,31 @@ is "$JOB_STATUS" successful 'the job goes on after the start'
 wait_server "$WORKER_PID" 30
 stop_server || not_ok 'it drains'
 
+# ---- Results that are made up -----------------------------------------------------------------------------
+
+start_server "$SCRATCH/data" --workers 2 --executor workers --lease-seconds 2 --verify-tasks 1 || exit 1
+submit "$(jq -c '[.[3], .[2], .[1]]' <<<"$SURFACES")"
+lease_as liar 2
+lease_as liar 2
+printf '\0\0\0\0\0\0\340\077' >"$SCRATCH/half"
+result "$SCRATCH/half" "$SECRET"
+is "$STATUS" 204 'a number that could be a distance is taken'
+poll_job "$JOB" 20
+is "$JOB_STATUS $(json .exception.code)" 'failed task-failed' 'but compared, and its job fails'
+like "$(json .exception.detail)" 'liar returned other bits' 'since whoever made it up made others'
+like "$(cat "$SERVER_LOG")" '"error".*result-differs.*liar' 'which the log says'
+submit "$(jq -c '[.[3], .[2], .[1]]' <<<"$SURFACES")"
+WAIT=1 lease_as liar 2
+is "$STATUS" 204 'it gets nothing more'
+start_worker --idle-seconds 3
+poll_job "$JOB" 60
+is "$JOB_STATUS" successful 'asked again it is computed by another, whose results are all compared'
+wait_server "$WORKER_PID" 20
+stop_server || not_ok 'it drains'
+
 # ---- Tokens ----------------------------------------------------------------------------------------------
 
-start_server "$SCRATCH/data" --workers 2 --executor workers --lease-seconds 20 || exit 1
+start_server "$SCRATCH/data" --workers 2 --executor workers --lease-seconds 20 --verify-tasks 0 || exit 1
 for name in lab other; do
     "$SRNFD" token add --data "$SCRATCH/data" --name "$name" --role worker 2>/dev/null >"$SCRATCH/$name"
 done

@@ -51,7 +51,7 @@ poll_job "$JOB" 60
 LOCAL=$(matrix "$JOB")
 stop_server || not_ok 'it drains'
 
-CLOCK_SHIM=$CLOCK LD_PRELOAD=$SHIM start_server "$SCRATCH/data" --workers 2 --executor workers --lease-seconds 2 \
+CLOCK_SHIM=$CLOCK LD_PRELOAD=$SHIM start_server "$SCRATCH/data" --workers 2 --executor workers --lease-seconds 2 --verify-tasks 0 \
     --task-seconds 4 --allowed-hosts "$NEAR" --insecure || exit 1
 echo "${URL##*:}" >"$SCRATCH/far"
 is "$(surfaces)" "$SURFACES" 'the same surfaces'
