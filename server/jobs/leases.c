@@ -413,7 +413,7 @@ static bool fits(const struct place *place, const void *bytes, size_t size)
 
     /* Of a round that is not open the job looks when it comes to it. */
     if (round && round->describe(round->user, place->index, &what) == 0) {
-        good = round->kind->check(what.inputs.bytes, what.inputs.size, bytes, size);
+        good = jobs_task_suits(round->kind, &what, bytes, size);
         jobs_task_clear(&what);
     }
     return good;

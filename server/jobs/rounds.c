@@ -52,6 +52,14 @@ void jobs_task_clear(struct jobs_task *task)
     *task = (struct jobs_task){.n_contents = 0};
 }
 
+bool jobs_task_suits(const struct tasks_kind *kind, const struct jobs_task *task,
+                     const void *result, size_t size)
+{
+    return kind->check(task->inputs.bytes, task->inputs.size, result, size) &&
+           (!kind->possible || kind->possible(task->inputs.bytes, task->inputs.size, task->contents,
+                                              task->n_contents, result));
+}
+
 /* ---- Slots ----------------------------------------------------------------------------------- */
 
 void jobs_slot_lease(struct jobs_open_round *round, size_t index, double seconds)
@@ -330,7 +338,7 @@ static bool check_result(const struct jobs_round *what, size_t index,
 
     *status = what->describe(what->user, index, &task);
     if (*status == 0) {
-        good = what->kind->check(task.inputs.bytes, task.inputs.size, result->bytes, result->size);
+        good = jobs_task_suits(what->kind, &task, result->bytes, result->size);
         jobs_task_clear(&task);
     }
     return good;

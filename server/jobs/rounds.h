@@ -72,6 +72,10 @@ struct jobs_rounds {
 void jobs_rounds_init(struct jobs_rounds *rounds);
 void jobs_rounds_destroy(struct jobs_rounds *rounds);
 
+/* Whether the bytes can be the result of the task, as far as that can be told. */
+bool jobs_task_suits(const struct tasks_kind *kind, const struct jobs_task *task,
+                     const void *result, size_t size);
+
 /* A task is leased from now on. The mutex is held, as for all that follows. */
 void jobs_slot_lease(struct jobs_open_round *round, size_t index, double seconds);
 /* A task is done; result (malloc) is taken over, where the job has room for it. */

@@ -18,6 +18,8 @@
 #define MAGIC "srnfpair"
 #define MAGIC_SIZE 8
 #define VERSION 2
+#define PI 3.14159265358979323846
+#define SLACK 1.05 /* of bounds of distances: these are integrals by quadrature */
 
 enum field { FIELD_VERSION, FIELD_DEGREE, FIELD_METRIC, FIELD_SURFACES, FIELD_PAIRS, FIELDS };
 #define HEAD (MAGIC_SIZE + 8 * (size_t)FIELDS + TASKS_OPTIONS_SIZE)
@@ -189,5 +191,61 @@ static bool check_pairs(const void *inputs, size_t size, const void *result, siz
     return good;
 }
 
+/* At least the norm of what the metric compares of a surface f, from its coefficients alone.
+   ||q||^2 of an SRNF is the area, at most half the integral of |grad f|^2, which is the sum of
+   l (l + 1) |f_lm|^2. That of a square-root map is at most the area times the square of the greatest
+   distance from the centroid, which is in the hull of the surface: twice that from the point l = 0.
+   It is at most the sum over l of ((2 l + 1) / 4 pi)^(1/2) |f_l|. */
+static double norm_at_most(const struct tasks_pairs *pairs, const double *surface)
+{
+    size_t count = srnf_coefficient_count(pairs->degree);
+    double energy = 0.0, reach = 0.0;
+
+    for (size_t l = 1; l <= pairs->degree; l++) {
+        double sum = 0.0, order = (double)l;
+
+        for (size_t k = 0; k < 3; k++) {
+            for (size_t m = l * l; m < (l + 1) * (l + 1); m++) {
+                sum += surface[k * count + m] * surface[k * count + m];
+            }
+        }
+        energy += order * (order + 1.0) * sum;
+        reach += sqrt((2.0 * order + 1.0) / (4.0 * PI) * sum);
+    }
+    return sqrt(0.5 * energy) * (pairs->metric == SRNF_METRIC_SRM ? 2.0 * reach : 1.0);
+}
+
+/* A distance by srnf or srm is at most the sum of both norms; those of other metrics are left
+   alone. */
+static bool possible_pairs(const void *inputs, size_t size, const struct tasks_content *contents,
+                           size_t n_contents, const void *result)
+{
+    const unsigned char *pair = (const unsigned char *)inputs + HEAD, *bytes = result;
+    struct tasks_pairs pairs;
+    double *surfaces, norms[TASKS_CONTENTS_MAX];
+    size_t count;
+    bool good = true;
+
+    if (!read_head(inputs, size, &pairs) || !contents_fit(&pairs, contents, n_contents)) {
+        return false;
+    }
+    if (pairs.metric != SRNF_METRIC_SRNF && pairs.metric != SRNF_METRIC_SRM) {
+        return true;
+    }
+    surfaces = read_surfaces(&pairs, contents);
+    count = 3 * srnf_coefficient_count(pairs.degree);
+    for (size_t i = 0; surfaces && i < pairs.n_surfaces; i++) {
+        norms[i] = norm_at_most(&pairs, surfaces + i * count);
+    }
+    for (size_t k = 0; surfaces && good && k < pairs.n_pairs; k++, pair += 16) {
+        uint64_t i = tasks_get(pair), j = tasks_get(pair + 8);
+
+        good = i < pairs.n_surfaces && j < pairs.n_surfaces &&
+               tasks_get_double(bytes + 8 * k) <= SLACK * (norms[i] + norms[j]);
+    }
+    srnf_free(surfaces);
+    return good; /* without memory too: the job will tell */
+}
+
 const struct tasks_kind tasks_pairs_kind = {
-    .name = TASKS_PAIRS, .run = run_pairs, .check = check_pairs};
+    .name = TASKS_PAIRS, .run = run_pairs, .check = check_pairs, .possible = possible_pairs};

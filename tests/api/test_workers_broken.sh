@@ -131,6 +131,10 @@ start_server "$SCRATCH/data" --workers 2 --executor workers --lease-seconds 2 --
 submit "$(jq -c '[.[3], .[2], .[1]]' <<<"$SURFACES")"
 lease_as liar 2
 lease_as liar 2
+printf '\0\0\0\0\0\0\110\100' >"$SCRATCH/large"
+result "$SCRATCH/large" "$SECRET"
+is_problem 422 invalid-result 'a distance beyond the norms of both surfaces is none'
+lease_as liar 2
 printf '\0\0\0\0\0\0\340\077' >"$SCRATCH/half"
 result "$SCRATCH/half" "$SECRET"
 is "$STATUS" 204 'a number that could be a distance is taken'
