@@ -352,8 +352,8 @@ static json_t *value_of(const struct study_table *table, size_t row, size_t colu
     return json_string(cell);
 }
 
-/* The cell of a column that must have numbers or booleans: read by itself where others make the column a text, so
-   that only these are refused (new reference); NULL where it says nothing. */
+/* The cell of a column that must have numbers or booleans: read by itself where others make the
+   column a text, so that only these are refused (new reference); NULL where it says nothing. */
 static json_t *strict_value_of(const struct study_table *table, size_t row, size_t column)
 {
     const char *cell = column == STUDY_NO_COLUMN ? "" : delimited_cell(&table->cells, row, column);

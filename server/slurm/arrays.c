@@ -293,7 +293,8 @@ static void settle_unseen(struct slurm *slurm, struct slurm_array *array,
     bool refused = array->row.status == STORE_PILOTS_INTENDED && array->doubt <= 0.0;
 
     if (slurm->looked < array->doubt) {
-        /* sbatch may still be at work; what it took may not be shown yet, and is not to be asked for twice */
+        /* sbatch may still be at work. What it took may not be shown yet, and is not to be asked
+           for twice. */
         array->pending = submitted ? (size_t)array->row.size : 0;
         return;
     }
