@@ -70,10 +70,10 @@ matrix() { # JOB
     json '.matrix | tojson'
 }
 
-# Leases as a worker would, by hand: sets TASK and SECRET. The lease is in $BODY.
+# Leases as a worker would, by hand, under NAME: sets TASK and SECRET. The lease is in $BODY.
 lease() { # [CURL ARGUMENTS..]
-    post_json /v1/leases "$(jq -nc --arg build "$BUILD" --argjson wait "${WAIT:-20}" \
-        '{worker: "by-hand", host: "here", cpu: "any", slots: 1, numericBuild: $build, wait: $wait}')" "$@"
+    post_json /v1/leases "$(jq -nc --arg build "$BUILD" --arg name "${NAME:-by-hand}" --argjson wait "${WAIT:-20}" \
+        '{worker: $name, host: "here", cpu: "any", slots: 1, numericBuild: $build, wait: $wait}')" "$@"
     TASK=$(json .task)
     SECRET=$(json .secret)
 }
