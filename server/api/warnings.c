@@ -12,7 +12,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define DETAIL_MAX 512
+#define DETAIL_MAX 1024
 
 /* One row a line; kept in alphabetical order. */
 static const char *const codes[] = {

@@ -92,9 +92,9 @@ bool jobs_slot_suits(struct jobs *jobs, const struct jobs_open_round *round,
 /* Notes that the worker of the lease has lost the task; true: once too often (losers.c). */
 bool jobs_slot_blame(struct jobs *jobs, const struct jobs_open_round *round, struct jobs_slot *slot,
                      const char *certain);
-/* Computes some results again, as the configuration says (verify.c). False: the bits are others; the
-   worker gets no more tasks, its leases end, and result has the problem. On the thread of the run,
-   without locks. */
+/* Computes some results again, as the configuration says (verify.c). False: the bits are others;
+   the worker gets no more tasks, its leases end, and result has the problem. On the thread of the
+   run, without locks. */
 bool jobs_verify(struct jobs_run *run, const struct jobs_open_round *round, size_t index,
                  const struct tasks_bytes *bytes, struct jobs_result *result);
 /* Tells those who wait for tasks that there may be some. No lock is held. */

@@ -193,9 +193,9 @@ static bool check_pairs(const void *inputs, size_t size, const void *result, siz
 
 /* At least the norm of what the metric compares of a surface f, from its coefficients alone.
    ||q||^2 of an SRNF is the area, at most half the integral of |grad f|^2, which is the sum of
-   l (l + 1) |f_lm|^2. That of a square-root map is at most the area times the square of the greatest
-   distance from the centroid, which is in the hull of the surface: twice that from the point l = 0.
-   It is at most the sum over l of ((2 l + 1) / 4 pi)^(1/2) |f_l|. */
+   l (l + 1) |f_lm|^2. That of a square-root map is at most the area times the square of the
+   greatest distance from the centroid, which is in the hull of the surface: twice that from the
+   point l = 0. It is at most the sum over l of ((2 l + 1) / 4 pi)^(1/2) |f_l|. */
 static double norm_at_most(const struct tasks_pairs *pairs, const double *surface)
 {
     size_t count = srnf_coefficient_count(pairs->degree);

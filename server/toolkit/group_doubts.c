@@ -134,19 +134,21 @@ static void warn_members(const struct compute_likeness *likeness, const json_t *
     }
 }
 
+#define TURN_MAX 560 /* bytes of two names and the sentence about them */
+
 /* How the one that is turned most compares with the member that all are nearest to. */
-static void describe_turn(char text[360], const struct compute_match *most, const char *name,
+static void describe_turn(char text[TURN_MAX], const struct compute_match *most, const char *name,
                           const char *medoid)
 {
     if (compute_match_on_sphere(most)) {
-        (void)snprintf(text, 360,
+        (void)snprintf(text, TURN_MAX,
                        "%s lies as %s does, but their maps to the sphere are turned, as of "
                        "symmetric shapes: with the sphere turned back they are %.3g apart instead "
                        "of %.3g. commonPose cannot undo that: let rotations be sought",
                        name, medoid, most->on_sphere, most->match.unturned);
         return;
     }
-    (void)snprintf(text, 360,
+    (void)snprintf(text, TURN_MAX,
                    "%s matches %s turned by about %.0f degrees, and is then %.3g from it instead "
                    "of %.3g. Bring all into one pose, or let rotations be sought",
                    name, medoid, DEGREES * most->match.angle, most->match.plain,
@@ -170,7 +172,7 @@ static bool warn_poses(const struct compute_likeness *likeness, const json_t *la
     const struct compute_match *most = NULL;
     json_t *members = json_array();
     size_t count = 0;
-    char name[128], medoid[128], turn[360];
+    char name[128], medoid[128], turn[TURN_MAX];
 
     for (size_t k = 0; k < likeness->n_members; k++) {
         const struct compute_match *match = &likeness->members[k];
