@@ -238,7 +238,8 @@ static bool is_current(struct jobs_slot *slot, const struct jobs_proof *proof)
 
     write_proof(proof, text);
     store_sha256_hex(digest, text, strlen(text));
-    if (slot->state != SLOT_LEASED || sodium_memcmp(digest, slot->row.secret, 64) != 0) {
+    if (slot->state != SLOT_LEASED || sodium_memcmp(digest, slot->row.secret, 64) != 0 ||
+        slot->expires <= 0.0) { /* 0: ended on purpose, and to be lost at the next look */
         return false;
     }
     jobs_remote_who(proof->owner, proof->job, slot->row.worker, slot->who);

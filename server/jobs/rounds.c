@@ -134,7 +134,8 @@ void jobs_slot_lose(struct jobs *jobs, struct jobs_open_round *round, size_t ind
 
 /* ---- Opening --------------------------------------------------------------------------------- */
 
-/* "task-" and 32 digits of a digest of the job and all that the task is computed from. */
+/* "task-" and 32 digits of a digest of the job and all that the task is computed from. Tasks keep
+   it when a job begins again with fewer of them. */
 static int make_id(const struct jobs_run *run, const struct jobs_round *round, size_t index,
                    char id[STORE_ID_MAX])
 {
@@ -163,6 +164,34 @@ static int make_id(const struct jobs_run *run, const struct jobs_round *round, s
     free(text);
     jobs_task_clear(&task);
     return status;
+}
+
+static int by_digest(const void *a, const void *b, void *rows)
+{
+    const struct store_task *list = rows;
+    size_t x = *(const size_t *)a, y = *(const size_t *)b;
+    int order = strcmp(list[x].id, list[y].id);
+
+    return order ? order : (x > y) - (x < y);
+}
+
+/* Tasks about equal surfaces have one digest: all but the first get their number among these into
+   theirs, so that no two tasks of a round have one id. */
+static void tell_apart(struct store_task *rows, size_t *order, size_t n)
+{
+    size_t first = 0;
+
+    qsort_r(order, n, sizeof *order, by_digest, rows);
+    for (size_t i = 1; i < n; i++) {
+        char *id = rows[order[i]].id, text[STORE_ID_MAX + 24];
+
+        if (strcmp(id, rows[order[first]].id) != 0) {
+            first = i;
+        } else {
+            (void)snprintf(text, sizeof text, "%s %zu", id, i - first);
+            store_content_id(id, "task-", text, strlen(text));
+        }
+    }
 }
 
 static int by_id(const void *a, const void *b, void *slots)
@@ -214,6 +243,7 @@ static int open_round(struct jobs_run *run, struct jobs_open_round *round,
         }
     }
     if (status == 0) {
+        tell_apart(rows, round->order, n);
         status = store_tasks_open(run->jobs->config.store, run->job->id, round->what->kind->name, n,
                                   rows);
         status = status ? fail_store(result, status) : 0;

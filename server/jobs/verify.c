@@ -79,12 +79,16 @@ bool jobs_verify(struct jobs_run *run, const struct jobs_open_round *round, size
     LOG_ERROR("result-differs", log_text("job", round->job), log_text("task", slot->row.id),
               log_text("worker", slot->row.worker));
     metrics_add(jobs->config.metrics, METRIC_TASKS, METRIC_LABELS(what->kind->name, "differs"), 1);
-    jobs_remotes_bar(&jobs->remotes, slot->who);
-    end_leases(jobs, slot->who);
+    if (slot->who[0]) { /* not where the result came before the daemon was started again */
+        jobs_remotes_bar(&jobs->remotes, slot->who);
+        end_leases(jobs, slot->who);
+    }
     result->problem_code = "task-failed";
     (void)snprintf(result->problem_detail, sizeof result->problem_detail,
                    "Worker %s returned other bits for task %zu of %zu (%s) than the service "
-                   "computes. It gets no more tasks; ask for the job again.",
-                   slot->row.worker, index + 1, what->n, what->kind->name);
+                   "computes. %s; ask for the job again.",
+                   slot->row.worker, index + 1, what->n, what->kind->name,
+                   slot->who[0] ? "It gets no more tasks"
+                                : "That was before the service was started again: end that worker");
     return false;
 }

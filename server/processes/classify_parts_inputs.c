@@ -39,6 +39,34 @@ static bool set_labels(struct process_inputs *given, size_t n)
     return true;
 }
 
+static bool says_nothing(const json_t *value)
+{
+    return !value || json_is_null(value);
+}
+
+static bool agree(const json_t *a, const json_t *b)
+{
+    if (says_nothing(a) || says_nothing(b)) {
+        return true;
+    }
+    return json_is_number(a) && json_is_number(b) ? json_number_value(a) == json_number_value(b)
+                                                  : json_equal(a, b);
+}
+
+/* What another member says of its subject and was not said so far. */
+static void fill_in(json_t *known, json_t *own)
+{
+    const char *name;
+    json_t *value;
+
+    json_object_foreach(own, name, value)
+    {
+        if (says_nothing(json_object_get(known, name))) {
+            (void)json_object_set(known, name, value);
+        }
+    }
+}
+
 /* What the members of each subject say of it, [n]; NULL with a problem noted. */
 static json_t *gather(struct process_inputs *given, size_t n)
 {
@@ -59,8 +87,7 @@ static json_t *gather(struct process_inputs *given, size_t n)
             const json_t *value = json_object_get(own, name);
             const json_t *before = json_object_get(known, name);
 
-            good = !value || json_is_null(value) || !before || json_is_null(before) ||
-                   json_number_value(value) == json_number_value(before);
+            good = agree(value, before);
             if (!good) {
                 problem_add(given->list, "/inputs/covariates",
                             "\"%.60s\" differs between the members of subject \"%.60s\"", name,
@@ -68,7 +95,7 @@ static json_t *gather(struct process_inputs *given, size_t n)
             }
         }
         if (known) {
-            (void)json_object_update_missing(known, own);
+            fill_in(known, own);
         } else {
             (void)json_object_set_new(by_subject, subject ? subject : "",
                                       own ? json_copy(own) : json_object());

@@ -35,6 +35,13 @@ like "$LOCAL_MEAN" '^\["surf-.*[0-9]' 'a mean, computed here'
 POSED=$(jq -c '. + {commonPose: true, tolerance: 0.1}' <<<"$MEAN")
 execute mean "$POSED"
 LOCAL_POSED=$(json "$MEAN_NUMBERS")
+TWICE=$(jq -c '.surfaces |= [.[0], .[0], .[1]]' <<<"$INPUTS")
+execute distances "$TWICE"
+LOCAL_TWICE=$(json '.matrix | tojson')
+MEAN_TWICE=$(jq -c 'del(.handedness)' <<<"$TWICE")
+execute mean "$MEAN_TWICE"
+LOCAL_MEAN_TWICE=$(json "$MEAN_NUMBERS")
+like "$LOCAL_TWICE$LOCAL_MEAN_TWICE" '^\[\[0,[0-9.e-]+,0\.[0-9].*surf-' 'a group with one surface twice, computed here'
 LABELLED=$(jq -c --argjson more "$(surfaces L_caudate R_caudate)" '{name: "six", members:
     [.surfaces + $more | to_entries[] | {id: .value, label: (if .key % 2 == 0 then "left" else "right" end)}]}' <<<"$MEAN")
 post_json /v1/cohorts "$LABELLED"
@@ -87,6 +94,10 @@ execute mean "$MEAN" --header 'Prefer: wait=100'
 is "$(json "$MEAN_NUMBERS")" "$LOCAL_MEAN" 'a mean by two workers: the same bits'
 execute mean "$POSED" --header 'Prefer: wait=100'
 is "$(json "$MEAN_NUMBERS")" "$LOCAL_POSED" 'in a common pose too'
+execute distances "$TWICE" --header 'Prefer: wait=30'
+is "$(json '.matrix | tojson')" "$LOCAL_TWICE" 'a surface that is twice in a group makes two tasks'
+execute mean "$MEAN_TWICE" --header 'Prefer: wait=30'
+is "$(json "$MEAN_NUMBERS")" "$LOCAL_MEAN_TWICE" 'of its mean, too'
 is "$(surfaces L_caudate R_caudate | jq length)" 2 'two more surfaces'
 post_json /v1/cohorts "$LABELLED"
 SEARCHES=$(searches_done)
