@@ -2,8 +2,9 @@
  * distances.c - distances of a group, and how they are cut into tasks.
  *
  * Pairs are numbered as the entries above the diagonal, column by column; a task is a block of
- * consecutive ones, of about a second. So the pairs of a task share a surface or two. The matrix
- * is filled from the results in any order: each entry belongs to one pair.
+ * consecutive ones that is estimated to take a second. As registrations are estimated now
+ * (compute/seconds.h), that is one pair at every degree. The matrix is filled from the results in
+ * any order: each entry belongs to one pair.
  */
 #include "compute/distances.h"
 
