@@ -272,8 +272,35 @@ static size_t find_expired(const struct jobs_open_round *round, double now)
     return i;
 }
 
+/* The store says that the lease has ended, and the round was not told, or is about to be: what came
+   while the round was opened, after a restart, only the store knows. True: the task is free again.
+   The mutex is held, but let go of meanwhile. */
+static bool catch_up(struct jobs_run *run, struct jobs_open_round *round, size_t index)
+{
+    struct jobs *jobs = run->jobs;
+    struct jobs_slot *slot = &round->slots[index];
+    struct store_task row = slot->row;
+    int status;
+
+    pthread_mutex_unlock(&jobs->rounds.mutex);
+    status = store_task_get(jobs->config.store, &row);
+    pthread_mutex_lock(&jobs->rounds.mutex);
+    if (status != STORE_OK || slot->state != SLOT_LEASED || slot->row.attempt != row.attempt) {
+        return false;
+    }
+    if (row.status == STORE_TASK_DONE) {
+        jobs_remotes_note(&jobs->remotes, slot->who, REMOTE_DONE, round->what->kind->name);
+        jobs_slot_finish(round, index, NULL);
+    } else if (row.status == STORE_TASK_WAITING) {
+        jobs_remotes_note(&jobs->remotes, slot->who, REMOTE_OVER, round->what->kind->name);
+        slot->row.lost = row.lost;
+        jobs_slot_free(round, index);
+    }
+    return row.status == STORE_TASK_WAITING;
+}
+
 /* Asks the store to lose the lease of a slot, which is not extended meanwhile. The mutex is held,
-   but let go of: only this thread ends the round. */
+   but let go of: only this thread ends the round. True: the task is free again. */
 static bool lose(struct jobs_run *run, struct jobs_open_round *round, size_t index)
 {
     struct jobs *jobs = run->jobs;
@@ -281,7 +308,7 @@ static bool lose(struct jobs_run *run, struct jobs_open_round *round, size_t ind
     double limit = jobs->config.task_seconds;
     int64_t attempt = slot->row.attempt;
     char worker[STORE_ID_MAX], reason[STORE_ID_MAX + 80], who[JOBS_WHO_SIZE];
-    bool lost;
+    int status;
 
     slot->losing = true;
     (void)snprintf(worker, sizeof worker, "%s", slot->row.worker);
@@ -294,22 +321,22 @@ static bool lose(struct jobs_run *run, struct jobs_open_round *round, size_t ind
                        worker);
     }
     pthread_mutex_unlock(&jobs->rounds.mutex);
-    lost = store_task_lose(jobs->config.store, slot->row.id, attempt, reason) == STORE_OK;
-    if (lost) {
+    status = store_task_lose(jobs->config.store, slot->row.id, attempt, reason);
+    if (status == STORE_OK) {
         metrics_add(jobs->config.metrics, METRIC_TASKS,
                     METRIC_LABELS(round->what->kind->name, "lost"), 1);
         jobs_remotes_note(&jobs->remotes, who, REMOTE_LOST, round->what->kind->name);
         jobs_log(jobs, "task-lost", run->job, reason);
     }
     pthread_mutex_lock(&jobs->rounds.mutex);
-    if (lost && slot->state == SLOT_LEASED && slot->row.attempt == attempt) {
+    if (status == STORE_OK && slot->state == SLOT_LEASED && slot->row.attempt == attempt) {
         jobs_slot_lose(jobs, round, index, NULL);
     }
-    return lost;
+    return status == STORE_OK || (status == STORE_CONFLICT && catch_up(run, round, index));
 }
 
-/* Leases that have expired are lost, where the store agrees: it does not where a result has just
-   come, which is noted in a moment. The mutex is held, but let go of meanwhile. True: there are
+/* Leases that have expired are lost, where the store agrees: it does not where they have ended. The
+   mutex is held, but let go of meanwhile. True: there are
    tasks to lease again. */
 static bool expire(struct jobs_run *run, struct jobs_open_round *round)
 {

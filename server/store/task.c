@@ -100,6 +100,18 @@ int store_tasks_open(struct store *store, const char *job, const char *kind, siz
     return status;
 }
 
+int store_task_get(struct store *store, struct store_task *task)
+{
+    struct store_reader *reader = NULL;
+    int status = store_reader_take(store, &reader);
+
+    if (status == STORE_OK) {
+        status = read_all(reader->db, 1, task);
+        store_reader_return(store, reader);
+    }
+    return status;
+}
+
 /* ---- Reading --------------------------------------------------------------------------------- */
 
 int store_task_holds(struct store *store, const char *id, const char *secret)

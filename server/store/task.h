@@ -36,6 +36,8 @@ struct store_task {
    given. */
 int store_tasks_open(struct store *store, const char *job, const char *kind, size_t n,
                      struct store_task *tasks);
+/* Fills the row of a task, whose id is given, as it stands. */
+int store_task_get(struct store *store, struct store_task *task);
 /* Attempt `attempt` of a waiting task goes to a worker. secret: what that has to prove; of it the
    digest is kept. */
 int store_task_lease(struct store *store, const char *id, int64_t attempt, const char *secret,

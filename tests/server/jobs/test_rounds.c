@@ -1,0 +1,195 @@
+/*
+ * What came of a lease behind the back of an open round, as it can while a daemon that was started
+ * again opens it: the store has the end of the lease, and nobody told the round. The job must take
+ * it from the store when the lease has expired.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <string.h>
+
+#include "engine.h"
+#include "jobs/submit.h"
+#include "jobs/tasks.h"
+#include "store/job.h"
+#include "store/task.h"
+
+#define TASKS 3
+#define LEASE_SECONDS 0.2
+
+struct world {
+    struct engine engine;
+    atomic_int taken[TASKS]; /* times that the result of each was taken */
+};
+
+static bool any_byte(const void *inputs, size_t size, const void *result, size_t result_size)
+{
+    (void)inputs;
+    (void)result;
+    return size == 1 && result_size == 1;
+}
+
+static const struct tasks_kind kind = {.name = "bytes", .check = any_byte};
+
+static int describe(void *user, size_t index, struct jobs_task *task)
+{
+    (void)user;
+    *task = (struct jobs_task){.inputs = {.bytes = malloc(1), .size = 1}};
+    task->inputs.bytes[0] = (unsigned char)('a' + index);
+    return 0;
+}
+
+static int take(void *user, size_t index, const void *result, size_t size)
+{
+    struct world *world = user;
+
+    assert_int_equal(size, 1);
+    assert_int_equal(*(const unsigned char *)result, 'A' + index);
+    atomic_fetch_add(&world->taken[index], 1);
+    return 0;
+}
+
+static void run_round(struct jobs_run *run, void *user, const char *inputs,
+                      struct jobs_result *result)
+{
+    const struct jobs_round round = {
+        .kind = &kind, .n = TASKS, .describe = describe, .take = take, .user = user};
+
+    if (jobs_run_round(run, &round, result) == 0) {
+        result->results = strdup(inputs);
+    }
+}
+
+static const struct jobs_process table[] = {{"round", run_round, NULL}, {NULL, NULL, NULL}};
+
+static int setup(void **state)
+{
+    return engine_setup(state, sizeof(struct world));
+}
+
+static const struct jobs_remote remote = {
+    .name = "worker", .host = "here", .cpu = "any", .slots = TASKS};
+
+/* The job begins, and the worker leases a task as soon as there is one. */
+static void lease(struct world *world, struct jobs_lease *got)
+{
+    struct jobs_remote worker = remote;
+    int status = STORE_NOT_FOUND;
+
+    jobs_remote_who(worker.owner, worker.job, worker.name, worker.who);
+    for (int ms = 0; ms < ENGINE_WAIT_MS && status == STORE_NOT_FOUND; ms += 2) {
+        engine_pause_ms(2);
+        status = jobs_lease(world->engine.jobs, &worker, got);
+    }
+    assert_int_equal(status, STORE_OK);
+    assert_int_equal(got->what.inputs.size, 1);
+}
+
+static void begin(struct world *world)
+{
+    struct jobs_config config = {.store = world->engine.fixture->store,
+                                 .workers = 1,
+                                 .table = table,
+                                 .user = world,
+                                 .offers_tasks = true,
+                                 .lease_seconds = LEASE_SECONDS};
+    struct store_job job;
+    enum jobs_submission how;
+
+    assert_int_equal(jobs_open(&world->engine.jobs, &config), JOBS_OK);
+    assert_int_equal(jobs_submit(world->engine.jobs, NULL, "round", "{}", NULL, NULL, &job, &how),
+                     JOBS_OK);
+    store_job_clear(&job);
+}
+
+static void finish(struct world *world, struct jobs_lease *lease)
+{
+    const struct jobs_proof proof = {.secret = lease->secret, .owner = "", .job = ""};
+    unsigned char byte = (unsigned char)(lease->what.inputs.bytes[0] - 'a' + 'A');
+
+    assert_int_equal(jobs_lease_finish(world->engine.jobs, lease->task, &proof, &byte, 1),
+                     STORE_OK);
+    jobs_task_clear(&lease->what);
+}
+
+/* What the store keeps the digest of, as leases.c writes it. */
+static void proof_of(const struct jobs_lease *lease, char text[JOBS_SECRET_SIZE + 2])
+{
+    snprintf(text, JOBS_SECRET_SIZE + 2, "%s\n\n", lease->secret);
+}
+
+static void await_success(struct world *world)
+{
+    size_t successful = 0;
+
+    for (int ms = 0; ms < 20000 && successful == 0; ms += 2) {
+        engine_pause_ms(2);
+        assert_int_equal(
+            store_job_count(world->engine.fixture->store, STORE_JOB_SUCCESSFUL, &successful),
+            STORE_OK);
+    }
+    assert_int_equal(successful, 1);
+    for (size_t i = 0; i < TASKS; i++) {
+        assert_int_equal(world->taken[i], 1);
+    }
+}
+
+static void a_result_that_only_the_store_has_is_taken(void **state)
+{
+    struct world *world = *state;
+    struct jobs_lease leases[TASKS];
+    char text[JOBS_SECRET_SIZE + 2];
+    unsigned char byte;
+
+    begin(world);
+    for (size_t i = 0; i < TASKS; i++) {
+        lease(world, &leases[i]);
+    }
+    byte = (unsigned char)(leases[0].what.inputs.bytes[0] - 'a' + 'A');
+    proof_of(&leases[0], text);
+    assert_int_equal(
+        store_task_finish(world->engine.fixture->store, leases[0].task, text, &byte, 1), STORE_OK);
+    jobs_task_clear(&leases[0].what);
+    finish(world, &leases[1]);
+    finish(world, &leases[2]);
+    await_success(world);
+}
+
+static void a_lease_given_back_to_the_store_alone_is_free_again(void **state)
+{
+    struct world *world = *state;
+    struct jobs_lease leases[TASKS], again;
+    char text[JOBS_SECRET_SIZE + 2];
+
+    begin(world);
+    for (size_t i = 0; i < TASKS; i++) {
+        lease(world, &leases[i]);
+    }
+    proof_of(&leases[0], text);
+    assert_int_equal(store_task_give_back(world->engine.fixture->store, leases[0].task, text, NULL),
+                     STORE_OK);
+    jobs_task_clear(&leases[0].what);
+    finish(world, &leases[1]);
+    finish(world, &leases[2]);
+    lease(world, &again);
+    assert_string_equal(again.task, leases[0].task);
+    assert_int_equal(again.attempt, 2);
+    finish(world, &again);
+    await_success(world);
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, engine_teardown)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(a_result_that_only_the_store_has_is_taken),
+        TEST(a_lease_given_back_to_the_store_alone_is_free_again),
+    };
+
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
