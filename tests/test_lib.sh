@@ -33,6 +33,8 @@ fails 'check a false'
 passes 'compare 1e-7 "<=" 1E-5 a'
 fails 'compare 1e-4 "<=" 1e-5 a'
 fails 'compare null "<=" 1e-5 a'
+fails 'compare 2 -le 1 a' # no operator of awk, which would take it for a difference
+fails 'compare 1 -le 2 a'
 fails 'compare "" "<=" 1 a'
 fails 'compare nan "<=" 1 a'
 fails 'compare -inf "<=" 1 a'

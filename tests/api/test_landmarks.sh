@@ -62,28 +62,28 @@ register "{$PAIRS}"
 is "$STATUS" 200 'with landmarks'
 cp "$BODY" "$SCRATCH/exact.json"
 is "$(json '.landmarks.points | length')" 5 'each is told of'
-compare "$(json .landmarks.guiding.maxAngle)" -le 1e-6 'they are met'
-compare "$(json .landmarks.guiding.maxDistance)" -le 1e-6 'in the units of the mesh'
+compare "$(json .landmarks.guiding.maxAngle)" '<=' 1e-6 'they are met'
+compare "$(json .landmarks.guiding.maxDistance)" '<=' 1e-6 'in the units of the mesh'
 is "$(json .landmarks.heldOut)" null 'none is held out'
 is "$(json .landmarks.weight)" exact 'exactly'
 is "$(json '.inputs.landmarks.weight')" exact 'which is the default'
-compare "$(json '[.landmarks.points[].offFixed] | max')" -le 1.5 'vertices are near the surface'
-compare "$(json .minJacobian)" -gt 0 'and nothing folds'
+compare "$(json '[.landmarks.points[].offFixed] | max')" '<=' 1.5 'vertices are near the surface'
+compare "$(json .minJacobian)" '>' 0 'and nothing folds'
 register "{\"template\":[10,$(vertex L_thalamus 200),400,600,800],\"moving\":[30,150,500,$(vertex L_putamen 90),700]}"
 is "$STATUS" 200 'positions'
-compare "$(jq -s '.[0].distance - .[1].distance | fabs' "$SCRATCH/exact.json" "$BODY")" -le 1e-6 \
+compare "$(jq -s '.[0].distance - .[1].distance | fabs' "$SCRATCH/exact.json" "$BODY")" '<=' 1e-6 \
     'where the vertices are give the same'
 register "{$PAIRS,\"weight\":0.05}"
-compare "$(json .landmarks.guiding.rmsAngle)" -gt 1e-3 'a light weight leaves something'
+compare "$(json .landmarks.guiding.rmsAngle)" '>' 1e-3 'a light weight leaves something'
 LIGHT=$(json .landmarks.guiding.rmsAngle)
 register "{$PAIRS,\"weight\":50}"
-compare "$(json .landmarks.guiding.rmsAngle)" -lt "$LIGHT" 'a heavy one less'
-compare "$(json .landmarks.guiding.rmsAngle)" -gt 0 'but something'
+compare "$(json .landmarks.guiding.rmsAngle)" '<' "$LIGHT" 'a heavy one less'
+compare "$(json .landmarks.guiding.rmsAngle)" '>' 0 'but something'
 register "{$PAIRS,\"heldOut\":[4,1]}"
 is "$(json '[.landmarks.points[].heldOut] | tostring')" '[false,true,false,false,true]' 'held out'
 is "$(json .landmarks.heldOut.count)" 2 'are two'
-compare "$(json .landmarks.guiding.maxAngle)" -le 1e-6 'the others are met'
-compare "$(json .landmarks.heldOut.rmsDistance)" -gt 1e-3 'these are not'
+compare "$(json .landmarks.guiding.maxAngle)" '<=' 1e-6 'the others are met'
+compare "$(json .landmarks.heldOut.rmsDistance)" '>' 1e-3 'these are not'
 is "$(json '.inputs.landmarks.heldOut | tostring')" '[1,4]' 'in rising order'
 run register "{\"template\":\"$A\",\"moving\":\"$B\",\"degree\":6,\"start\":\"rigid\",\"landmarks\":{$PAIRS,\"heldOut\":[0,1,2,3,4]}}"
 is "$STATUS" 200 'meshes, with all of them held out'
@@ -91,7 +91,7 @@ is "$(json .landmarks.guiding)" null 'are registered as ever, and measured'
 
 run geodesic "{\"from\":\"$SA\",\"to\":\"$SB\",\"steps\":3,\"landmarks\":{\"from\":[10,200,400],\"to\":[30,150,500]}}"
 is "$STATUS" 200 'a geodesic'
-compare "$(json .landmarks.guiding.maxAngle)" -le 1e-6 'meets them too'
+compare "$(json .landmarks.guiding.maxAngle)" '<=' 1e-6 'meets them too'
 
 # ---- What is wrong -------------------------------------------------------------------------------------
 
@@ -136,7 +136,7 @@ itself 10,200,400,600
 is "$STATUS $(json '[.warnings[].code] | index("landmarks-raise-distance")')" '200 null' 'landmarks in order cost nothing'
 itself 200,10,400,600
 is "$STATUS $(json '[.warnings[].code] | index("landmarks-raise-distance") != null')" '200 true' 'exchanged ones are told of'
-compare "$(json '.warnings[] | select(.code == "landmarks-raise-distance") | .figures.free')" -lt 0.01 \
+compare "$(json '.warnings[] | select(.code == "landmarks-raise-distance") | .figures.free')" '<' 0.01 \
     'with the distance without them'
 is "$(json '(.warnings[] | select(.code == "landmarks-raise-distance") | .figures.distance) == .distance')" true 'and with them'
 run geodesic "{\"from\":\"$SA\",\"to\":\"$SA\",\"steps\":2,\"landmarks\":{\"from\":[10,200,400,600],\"to\":[200,10,400,600],\"weight\":5}}"

@@ -60,12 +60,12 @@ mean "{$VERTICES}"
 is "$STATUS" 200 'vertices of all members'
 cp "$BODY" "$SCRATCH/exact.json"
 is "$(json '[(.landmarks.points | length), (.landmarks.members | length)] | tostring')" '[6,3]' 'each is told of, of each member'
-compare "$(json .landmarks.guiding.maxAngle)" -le 1e-6 'they are met'
-compare "$(json .landmarks.guiding.maxDistance)" -le 1e-5 'in the units of the meshes'
-compare "$(json '[.landmarks.members[].off[]] | max')" -le 2.5 'vertices are near the surfaces'
+compare "$(json .landmarks.guiding.maxAngle)" '<=' 1e-6 'they are met'
+compare "$(json .landmarks.guiding.maxDistance)" '<=' 1e-5 'in the units of the meshes'
+compare "$(json '[.landmarks.members[].off[]] | max')" '<=' 2.5 'vertices are near the surfaces'
 is "$(json '[.landmarks.weight, .landmarks.heldOut, .landmarks.guiding.count] | tostring')" '["exact",null,6]' \
     'exactly, which is the default, and none is held out'
-get "/v1/surfaces/$(json .surface.id)/mesh?format=obj"
+get "/v1/surfaces/$(json .surface.id)/mesh?format=obj&space=original"
 cp "$BODY" "$SCRATCH/mean.obj"
 compare "$(python3 - "$SCRATCH" <<'PYTHON'
 import json, sys
@@ -74,7 +74,7 @@ vertices = [[float(x) for x in l.split()[1:4]] for l in open(sys.argv[1] + '/mea
 points = json.load(open(sys.argv[1] + '/exact.json'))['landmarks']['points']
 print(max(min(sum((a - b) ** 2 for a, b in zip(p['position'], v)) ** .5 for v in vertices) for p in points))
 PYTHON
-)" -le 1.5 'and those of the mean lie on its surface'
+)" '<=' 1.5 'and those of the mean lie on its surface'
 OTHER=$(python3 - "$SCRATCH/bent1.ply" <<'PYTHON'
 import struct, sys
 
@@ -94,20 +94,20 @@ PYTHON
 )
 mean "{\"points\":[[10,200,400,600,800,30],$OTHER,[10,200,400,600,800,30]]}"
 is "$STATUS" 200 'points of each member'
-compare "$(jq -s '.[0].distances[1] - .[1].distances[1] | fabs' "$SCRATCH/exact.json" "$BODY")" -le 1e-6 \
+compare "$(jq -s '.[0].distances[1] - .[1].distances[1] | fabs' "$SCRATCH/exact.json" "$BODY")" '<=' 1e-6 \
     'positions where the vertices are give the same'
 mean "{$VERTICES,\"weight\":0.02}"
 LIGHT=$(json .landmarks.guiding.rmsAngle)
-compare "$LIGHT" -gt 1e-4 'a light weight leaves something'
+compare "$LIGHT" '>' 1e-4 'a light weight leaves something'
 mean "{$VERTICES,\"weight\":20}"
-compare "$(json .landmarks.guiding.rmsAngle)" -lt "$LIGHT" 'a heavy one less'
-compare "$(json .landmarks.guiding.rmsAngle)" -gt 0 'but something'
+compare "$(json .landmarks.guiding.rmsAngle)" '<' "$LIGHT" 'a heavy one less'
+compare "$(json .landmarks.guiding.rmsAngle)" '>' 0 'but something'
 mean "{$VERTICES,\"heldOut\":[5,1]}"
 is "$(json '[.landmarks.points[].heldOut] | tostring')" '[false,true,false,false,false,true]' 'held out'
 is "$(json '[.landmarks.heldOut.count, .landmarks.guiding.count] | tostring')" '[2,4]' 'are two of six'
-compare "$(json .landmarks.guiding.maxAngle)" -le 1e-6 'the others are met'
-compare "$(json .landmarks.heldOut.rmsDistance)" -gt 1e-3 'these are not'
-compare "$(json '[.landmarks.members[] | .angles[1], .angles[5]] | min')" -gt 1e-6 'and are those two'
+compare "$(json .landmarks.guiding.maxAngle)" '<=' 1e-6 'the others are met'
+compare "$(json .landmarks.heldOut.rmsDistance)" '>' 1e-3 'these are not'
+compare "$(json '[.landmarks.members[] | .angles[1], .angles[5]] | min')" '>' 1e-6 'and are those two'
 is "$(json '.inputs.landmarks.heldOut | tostring')" '[1,5]' 'in rising order'
 mean "{$VERTICES,\"heldOut\":[0,1,2,3,4,5]}"
 is "$(json .landmarks.guiding)" null 'all of them held out guide nothing'
@@ -116,7 +116,7 @@ mean null
 is "$(json .distances)" "$HELD" 'and the mean is the one without'
 mean "{$VERTICES}" '' pca
 is "$STATUS" 200 'components of registrations that landmarks guide'
-compare "$(json .landmarks.guiding.maxAngle)" -le 1e-6 'which meet them too'
+compare "$(json .landmarks.guiding.maxAngle)" '<=' 1e-6 'which meet them too'
 is "$(json '.distances | tostring')" "$(jq -c .distances "$SCRATCH/exact.json")" 'as those of the mean do'
 
 # ---- What is wrong -------------------------------------------------------------------------------------

@@ -132,7 +132,7 @@ check() { # NAME COMMAND..
 # A value that is no number fails.
 compare() { # GOT OPERATOR BOUND NAME
     local number='^[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?$'
-    if [[ $1 =~ $number ]] && [[ $3 =~ $number ]] &&
+    if [[ $2 =~ ^([<>]=?|[!=]=)$ ]] && [[ $1 =~ $number ]] && [[ $3 =~ $number ]] &&
         awk -v a="$1" -v b="$3" "BEGIN { exit !(a + 0 $2 b + 0) }"; then
         ok "$4"
     else
