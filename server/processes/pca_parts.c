@@ -112,7 +112,8 @@ static bool is_turned(const double rotation[9])
     return false;
 }
 
-/* Where a member is, and its size; false with the problem set. */
+/* Where a member is, and how many units of its coordinates one of its surface's is; false with the
+   problem set. */
 static bool place_member(struct jobs_run *run, const struct pca_parts *asked,
                          const struct compute_group *group, size_t i, double x[3], double *scale,
                          struct jobs_result *result)
@@ -137,36 +138,70 @@ static bool place_member(struct jobs_run *run, const struct pca_parts *asked,
     return true;
 }
 
+/* What finding positions takes. */
+struct positions {
+    struct jobs_run *run;
+    const struct pca_parts *asked;
+    const struct compute_group *group;
+    const struct srnf_sht *sht;
+    double *normalized; /* [3][(L+1)^2] */
+};
+
+/* Those of one subject: [n_parts][3]. A problem of its own is set, or the status is to be told. */
+static int find_subject(const struct positions *of, size_t subject, double *own,
+                        struct jobs_result *result)
+{
+    size_t parts = of->asked->n_parts;
+    double middle[3] = {0.0, 0.0, 0.0}, area = 0.0;
+
+    for (size_t p = 0; p < parts; p++) {
+        size_t i = p * of->asked->n + subject;
+        double scale, log_length;
+        int status;
+
+        if (!place_member(of->run, of->asked, of->group, i, own + 3 * p, &scale, result)) {
+            return SRNF_EINVAL;
+        }
+        status = srnf_normalize(of->sht, of->group->surfaces[i], of->normalized, &log_length);
+        if (status) {
+            return compute_fail(result, status, &(struct srnf_error){.element = (int64_t)i},
+                                "measuring the parts");
+        }
+        area += scale * scale * exp(2.0 * log_length);
+        for (size_t c = 0; c < 3; c++) {
+            middle[c] += own[3 * p + c] / (double)parts;
+        }
+    }
+    for (size_t k = 0; k < 3 * parts; k++) {
+        own[k] = (own[k] - middle[k % 3]) / sqrt(area);
+    }
+    return SRNF_OK;
+}
+
 /* [n][n_parts][3]; NULL with the problem set. */
 static double *find_positions(struct jobs_run *run, const struct pca_parts *asked,
                               const struct compute_group *group, struct jobs_result *result)
 {
-    size_t parts = asked->n_parts;
-    double *positions = srnf_alloc(3 * asked->n * parts, sizeof(double));
+    struct jobs *jobs = jobs_run_jobs(run);
+    struct positions of = {.run = run, .asked = asked, .group = group};
+    double *positions = srnf_alloc(3 * asked->n * asked->n_parts, sizeof(double));
+    int status =
+        jobs_transform_acquire(jobs, group->degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &of.sht);
 
-    if (!positions) {
-        (void)compute_fail(result, SRNF_ENOMEM, NULL, "placing the parts");
-        return NULL;
+    of.normalized = srnf_alloc(srnf_coefficient_count(group->degree), 3 * sizeof(double));
+    if (status || !positions || !of.normalized) {
+        status = compute_fail(result, status ? status : SRNF_ENOMEM, NULL, "placing the parts");
     }
-    for (size_t i = 0; i < asked->n; i++) {
-        double *own = positions + 3 * i * parts;
-        double middle[3] = {0.0, 0.0, 0.0}, size = 0.0;
-
-        for (size_t p = 0; p < parts; p++) {
-            double scale;
-
-            if (!place_member(run, asked, group, p * asked->n + i, own + 3 * p, &scale, result)) {
-                srnf_free(positions);
-                return NULL;
-            }
-            size += scale * scale;
-            for (size_t c = 0; c < 3; c++) {
-                middle[c] += own[3 * p + c] / (double)parts;
-            }
-        }
-        for (size_t k = 0; k < 3 * parts; k++) {
-            own[k] = (own[k] - middle[k % 3]) / sqrt(size);
-        }
+    for (size_t i = 0; i < asked->n && !status; i++) {
+        status = find_subject(&of, i, positions + 3 * i * asked->n_parts, result);
+    }
+    if (of.sht) {
+        jobs_transform_release(jobs, of.sht);
+    }
+    srnf_free(of.normalized);
+    if (status) {
+        srnf_free(positions);
+        return NULL;
     }
     return positions;
 }

@@ -66,9 +66,9 @@ is "$(json '[.parts[].name] | tostring')" '["putamen","thalamus"]' 'in the order
 is "$(json '.subjects | tostring')" '["R","L","a","b"]' 'with its subjects'
 is "$(json '.groups | tostring')" '["R","L","a","b"]' 'and their labels'
 is "$(json '[.scores | length, (.[0] | length)] | tostring')" '[4,3]' 'have scores'
-compare "$(json '[.shares[] | add - 1 | fabs] | max')" -le 1e-9 'shares of each component are 1 together'
-compare "$(json '([.parts[].variance] | add) / .totalVariance - 1 | fabs')" -le 1e-9 'and variances the total'
-compare "$(json '(.cumulative | last) - 1 | fabs')" -le 1e-9 'all of which is explained'
+compare "$(json '[.shares[] | add - 1 | fabs] | max')" '<=' 1e-9 'shares of each component are 1 together'
+compare "$(json '([.parts[].variance] | add) / .totalVariance - 1 | fabs')" '<=' 1e-9 'and variances the total'
+compare "$(json '(.cumulative | last) - 1 | fabs')" '<=' 1e-9 'all of which is explained'
 is "$(json '.modes | length')" 8 'two components, two parts, either way'
 is "$(json '[.modes[] | select(.component == 2 and .part == "thalamus") | .deviations] | tostring')" '[-2,2]' \
     'two deviations out'
@@ -79,12 +79,12 @@ is "$STATUS" 200 'whose surfaces have meshes'
 cp "$SCRATCH/both.json" "$BODY"
 isnt "$(json .registration)" null 'and it is told how they were registered'
 run pca-parts '{"cohort":"both","weights":{"putamen":4,"thalamus":4},"modes":0}'
-compare "$(jq -s '.[1].eigenvalues[0] / .[0].eigenvalues[0] - 4 | fabs' "$SCRATCH/both.json" "$BODY")" -le 1e-9 \
+compare "$(jq -s '.[1].eigenvalues[0] / .[0].eigenvalues[0] - 4 | fabs' "$SCRATCH/both.json" "$BODY")" '<=' 1e-9 \
     'four times the weights are four times the variance'
-compare "$(jq -s '.[1].scores[0][0] / .[0].scores[0][0] - 2 | fabs' "$SCRATCH/both.json" "$BODY")" -le 1e-9 \
+compare "$(jq -s '.[1].scores[0][0] / .[0].scores[0][0] - 2 | fabs' "$SCRATCH/both.json" "$BODY")" '<=' 1e-9 \
     'and twice the scores'
 run pca-parts '{"cohort":"both","weights":{"putamen":0.000001},"modes":0,"components":1}'
-compare "$(json '.shares[0][0]')" -le 1e-3 'a part that weighs nothing has no share'
+compare "$(json '.shares[0][0]')" '<=' 1e-3 'a part that weighs nothing has no share'
 
 # ---- Where they are ------------------------------------------------------------------------------------
 
@@ -92,10 +92,26 @@ cohort sided "$(member L_thalamus l thalamus)" "$(member L_putamen l putamen)" "
     "$(member R_thalamus r thalamus)" "$(member R_putamen r putamen)" "$(member R_caudate r caudate)"
 run pca-parts '{"cohort":"sided","commonPose":true,"relativePose":true,"poseWeight":2}'
 is "$STATUS" 200 'with relative pose'
-compare "$(json '.positions.share + ([.parts[].share] | add) - 1 | fabs')" -le 1e-9 'positions have their share'
-compare "$(json '.positions.share')" -gt 0 'of the variance'
-compare "$(json '[.positions.mean | transpose[] | add | fabs] | max')" -le 1e-9 'about the middle of the parts'
+compare "$(json '.positions.share + ([.parts[].share] | add) - 1 | fabs')" '<=' 1e-9 'positions have their share'
+compare "$(json '.positions.share')" '>' 0 'of the variance'
+compare "$(json '[.positions.mean | transpose[] | add | fabs] | max')" '<=' 1e-9 'about the middle of the parts'
 is "$(json '.shares[0] | length')" 4 'and in the components'
+run pca-parts '{"cohort":"sided","register":false,"modes":0,"relativePose":true}'
+cp "$BODY" "$SCRATCH/sided.json"
+for name in thalamus putamen caudate; do
+    for side in L R; do
+        get "/v1/surfaces/${SURFACE[${side}_$name]}"
+        run encode "{\"mesh\":\"$(json .source.mesh)\",\"lmax\":6,\"scale\":\"none\",\"mirror\":$(json '.mirrored // false')}"
+        SURFACE[${side}_${name}_mm]=$(json .surface.id)
+    done
+done
+cohort unscaled "$(member L_thalamus_mm l thalamus)" "$(member L_putamen_mm l putamen)" "$(member L_caudate_mm l caudate)" \
+    "$(member R_thalamus_mm r thalamus)" "$(member R_putamen_mm r putamen)" "$(member R_caudate_mm r caudate)"
+run pca-parts '{"cohort":"unscaled","register":false,"modes":0,"relativePose":true}'
+compare "$(jq -s '[.[].positions.mean | flatten] | transpose | map(.[0] - .[1] | fabs) | max' "$SCRATCH/sided.json" "$BODY")" \
+    '<=' 1e-9 'positions are the same for surfaces that keep their units'
+compare "$(jq -s '(.[0].positions.variance / .[1].positions.variance) - 1 | fabs' "$SCRATCH/sided.json" "$BODY")" '<=' 1e-9 \
+    'and so is their variance'
 
 # ---- Doubts of a part ----------------------------------------------------------------------------------
 
@@ -137,9 +153,10 @@ is "$(json '[.warnings[] | select(.code == "pose-differs")][-1].figures.members 
 run register "{\"template\":\"${SURFACE[even0]}\",\"moving\":\"${SURFACE[odd0]}\",\"commonPose\":true}"
 is "$(json '[.warnings[] | select(.code == "pose-differs") | .figures.sphereAlone] | tostring')" '[true]' \
     'so is a pair in a common pose'
-compare "$(json '.warnings[] | select(.code == "pose-differs") | .figures | .distance / .turned')" -gt 2 'with both distances'
+TURNED=$(json '.warnings[] | select(.code == "pose-differs") | .figures.turned')
+compare "$(json '.warnings[] | select(.code == "pose-differs") | .figures | .distance / .turned')" '>' 2 'with both distances'
 run register "{\"template\":\"${SURFACE[even0]}\",\"moving\":\"${SURFACE[odd0]}\",\"rotation\":false}"
-compare "$(json .distance)" -lt 0.5 'and a search that turns the sphere alone undoes it'
+compare "$(json .distance)" '<=' "$TURNED" 'and a search that turns the sphere alone undoes it'
 is "$(json '.rotation | tostring')" '[[1,0,0],[0,1,0],[0,0,1]]' 'without turning the surface'
 run register "{\"template\":\"${SURFACE[even0]}\",\"moving\":\"${SURFACE[even1]}\",\"commonPose\":true}"
 is "$(json '[.warnings[].code] | index("pose-differs")')" null 'a pair that does share one is not warned of'
@@ -153,7 +170,7 @@ is "$(told)" '' 'one iteration is what was asked for'
 run mean '{"cohort":"one","maxIterations":2,"tolerance":1e-8}'
 is "$(json '[.warnings[] | select(.code == "mean-not-converged") | .figures.iterations] | tostring')" '[2]' \
     'a mean says so too'
-compare "$(json '.warnings[] | select(.code == "mean-not-converged") | .figures.change')" -gt 1e-8 'and how far it still moved'
+compare "$(json '.warnings[] | select(.code == "mean-not-converged") | .figures.change')" '>' 1e-8 'and how far it still moved'
 
 # ---- Routes --------------------------------------------------------------------------------------------
 
