@@ -212,8 +212,9 @@ static bool read_head(struct study_table *table, const char *key,
             return wrong(problem, "a column has no name");
         }
         covariates += !place && head[i][0];
-        if (!judge_column(table, i, problem) ||
-            (!is_text_column(table, i) && !check_numbers(table, i, problem))) {
+        table->kinds[i] = STUDY_TEXT;
+        if (!is_text_column(table, i) &&
+            (!judge_column(table, i, problem) || !check_numbers(table, i, problem))) {
             return false;
         }
     }

@@ -104,6 +104,12 @@ printf 'file,label\nv1.off,a\nv2.off,a\nv3.off,b\nlabels.nii.gz,c\n' >"$SCRATCH/
 (cd "$SCRATCH/mixed" && zip -q ../row.zip ./*)
 import '?cohort=row' "$SCRATCH/row.zip"
 is "$STATUS $(json '.refused[0].code')" '422 invalid-row' 'a row about a volume is refused'
+printf 'file,label,subject\nv1.off,"1,5",1e999\nv2.off,1.5,"2,5"\nv3.off,"1,5",x\n' >"$SCRATCH/mixed/t.csv"
+(cd "$SCRATCH/mixed" && zip -q ../digits.zip v?.off t.csv)
+import '?cohort=digits' "$SCRATCH/digits.zip"
+is "$STATUS $(json '.warnings | tojson')" '201 []' 'labels and subjects are texts, whatever they look like'
+get /v1/cohorts/digits
+is "$(json '[.members[] | "\(.label) \(.subject)"] | tojson')" '["1,5 1e999","1.5 2,5","1,5 x"]' 'and are kept as they were written'
 execute encode "{\"cohort\":\"mixed\",\"lmax\":4}" --header 'Prefer: wait=60'
 is "$(curl -fsS "$URL/metrics" | sed -n 's/^srnfd_meshes_total{source="made"} //p')" "$made_before" \
     'and its meshes were prepared by the import'
