@@ -1,5 +1,5 @@
 /*
- * rounds.c - the job's side of its tasks: opens a round, and takes the results as they come until
+ * rounds.c - the job's side of its tasks: offers a round, and takes the results as they come until
  * all tasks are done.
  *
  * The thread of the run sleeps. Requests of workers change slots and wake it; four times a second
@@ -13,7 +13,6 @@
 
 #include "clock.h"
 #include "jobs/internal.h"
-#include "store/digest.h"
 #include "store/job.h"
 #include "store/store.h"
 
@@ -60,205 +59,6 @@ bool jobs_task_suits(const struct tasks_kind *kind, const struct jobs_task *task
                                               task->n_contents, result));
 }
 
-/* ---- Slots ----------------------------------------------------------------------------------- */
-
-void jobs_slot_lease(struct jobs_open_round *round, size_t index, double seconds)
-{
-    struct jobs_slot *slot = &round->slots[index];
-
-    slot->state = SLOT_LEASED;
-    slot->losing = false;
-    slot->since = clock_now();
-    slot->expires = slot->since + seconds;
-    slot->before = SIZE_MAX;
-    slot->after = round->first_leased;
-    if (slot->after != SIZE_MAX) {
-        round->slots[slot->after].before = index;
-    }
-    round->first_leased = index;
-    round->leased++;
-    pthread_cond_signal(&round->changed);
-}
-
-/* Out of the list of those that are leased, if it is in it. */
-static void unlink_slot(struct jobs_open_round *round, const struct jobs_slot *slot)
-{
-    if (slot->state != SLOT_LEASED) {
-        return;
-    }
-    if (slot->before != SIZE_MAX) {
-        round->slots[slot->before].after = slot->after;
-    } else {
-        round->first_leased = slot->after;
-    }
-    if (slot->after != SIZE_MAX) {
-        round->slots[slot->after].before = slot->before;
-    }
-    round->leased--;
-}
-
-void jobs_slot_finish(struct jobs_open_round *round, size_t index, struct tasks_bytes *result)
-{
-    struct jobs_slot *slot = &round->slots[index];
-
-    unlink_slot(round, slot);
-    slot->state = SLOT_DONE;
-    if (result && jobs_memory_fits(round->memory, result->size)) {
-        slot->result = result->bytes;
-        slot->size = result->size;
-        result->bytes = NULL;
-    }
-    round->arrived[round->done++] = index;
-    pthread_cond_signal(&round->changed);
-}
-
-void jobs_slot_free(struct jobs_open_round *round, size_t index)
-{
-    struct jobs_slot *slot = &round->slots[index];
-
-    unlink_slot(round, slot);
-    slot->state = SLOT_WAITING;
-    round->cursor = index < round->cursor ? index : round->cursor;
-    pthread_cond_signal(&round->changed);
-}
-
-void jobs_slot_lose(struct jobs *jobs, struct jobs_open_round *round, size_t index,
-                    const char *certain)
-{
-    if (jobs_slot_blame(jobs, round, &round->slots[index], certain) && !round->failed) {
-        round->failed = true;
-        round->poison = index;
-    }
-    jobs_slot_free(round, index);
-}
-
-/* ---- Opening --------------------------------------------------------------------------------- */
-
-/* "task-" and 32 digits of a digest of the job and all that the task is computed from. Tasks keep
-   it when a job begins again with fewer of them. */
-static int make_id(const struct jobs_run *run, const struct jobs_round *round, size_t index,
-                   char id[STORE_ID_MAX])
-{
-    struct jobs_task task = {.n_contents = 0};
-    char *text = NULL;
-    size_t size = 0;
-    int status = round->describe(round->user, index, &task);
-    FILE *out = status == 0 ? open_memstream(&text, &size) : NULL;
-
-    if (status == 0 && !out) {
-        status = SRNF_ENOMEM;
-    }
-    if (out) {
-        (void)fprintf(out, "%s\n%s\n%s\n", run->job->id, jobs_numeric_build(run->jobs),
-                      round->kind->name);
-        for (size_t i = 0; i < task.n_contents; i++) {
-            (void)fprintf(out, "%s\n", task.contents[i].digest);
-        }
-        (void)fwrite(task.inputs.bytes, 1, task.inputs.size, out);
-        if (fclose(out) == 0) {
-            store_content_id(id, "task-", text, size);
-        } else {
-            status = SRNF_ENOMEM;
-        }
-    }
-    free(text);
-    jobs_task_clear(&task);
-    return status;
-}
-
-static int by_digest(const void *a, const void *b, void *rows)
-{
-    const struct store_task *list = rows;
-    size_t x = *(const size_t *)a, y = *(const size_t *)b;
-    int order = strcmp(list[x].id, list[y].id);
-
-    return order ? order : (x > y) - (x < y);
-}
-
-/* Tasks about equal surfaces have one digest: all but the first get their number among these into
-   theirs, so that no two tasks of a round have one id. */
-static void tell_apart(struct store_task *rows, size_t *order, size_t n)
-{
-    size_t first = 0;
-
-    qsort_r(order, n, sizeof *order, by_digest, rows);
-    for (size_t i = 1; i < n; i++) {
-        char *id = rows[order[i]].id, text[STORE_ID_MAX + 24];
-
-        if (strcmp(id, rows[order[first]].id) != 0) {
-            first = i;
-        } else {
-            (void)snprintf(text, sizeof text, "%s %zu", id, i - first);
-            store_content_id(id, "task-", text, strlen(text));
-        }
-    }
-}
-
-static int by_id(const void *a, const void *b, void *slots)
-{
-    const struct jobs_slot *list = slots;
-
-    return strcmp(list[*(const size_t *)a].row.id, list[*(const size_t *)b].row.id);
-}
-
-/* The problem of a job whose tasks the store cannot keep. */
-static int fail_store(struct jobs_result *result, int status)
-{
-    result->problem_code = status == STORE_FULL ? "storage-full" : "storage-unavailable";
-    (void)snprintf(result->problem_detail, sizeof result->problem_detail,
-                   "The tasks of the job could not be kept: %s.", store_strerror(status));
-    return JOBS_TASK_FAILED;
-}
-
-/* A slot from its row. Leases that an earlier attempt of the job has given hold from now on. */
-static void enter_slot(struct jobs_run *run, struct jobs_open_round *round, size_t index)
-{
-    struct jobs_slot *slot = &round->slots[index];
-
-    if (slot->row.status == STORE_TASK_LEASED) {
-        jobs_slot_lease(round, index, run->jobs->config.lease_seconds);
-    } else if (slot->row.status == STORE_TASK_DONE) {
-        jobs_slot_finish(round, index, NULL);
-    }
-}
-
-static int open_round(struct jobs_run *run, struct jobs_open_round *round,
-                      struct jobs_result *result)
-{
-    size_t n = round->what->n;
-    struct store_task *rows = srnf_alloc(n, sizeof *rows);
-    int status = SRNF_ENOMEM;
-
-    round->slots = srnf_alloc(n, sizeof *round->slots);
-    round->order = srnf_alloc(n, sizeof *round->order);
-    round->arrived = srnf_alloc(n, sizeof *round->arrived);
-    if (rows && round->slots && round->order && round->arrived) {
-        status = 0;
-    }
-    for (size_t i = 0; status == 0 && i < n; i++) {
-        status = make_id(run, round->what, i, rows[i].id);
-        round->order[i] = i;
-        if (status == 0 && run->context.canceled(run)) {
-            status = SRNF_ECANCELED;
-        }
-    }
-    if (status == 0) {
-        tell_apart(rows, round->order, n);
-        status = store_tasks_open(run->jobs->config.store, run->job->id, round->what->kind->name, n,
-                                  rows);
-        status = status ? fail_store(result, status) : 0;
-    }
-    for (size_t i = 0; status == 0 && i < n; i++) {
-        round->slots[i].row = rows[i];
-        enter_slot(run, round, i);
-    }
-    if (status == 0) {
-        qsort_r(round->order, n, sizeof *round->order, by_id, round->slots);
-    }
-    srnf_free(rows);
-    return status;
-}
-
 /* ---- Waiting --------------------------------------------------------------------------------- */
 
 /* The first lease that has expired, or SIZE_MAX. The mutex is held. */
@@ -273,9 +73,9 @@ static size_t find_expired(const struct jobs_open_round *round, double now)
 }
 
 /* The store says that the lease has ended, and the round was not told, or is about to be: what came
-   while the round was opened, after a restart, only the store knows. True: the task is free again.
-   The mutex is held, but let go of meanwhile. */
-static bool catch_up(struct jobs_run *run, struct jobs_open_round *round, size_t index)
+   while the round was opened, after a restart, only the store knows. The mutex is held, but let go
+   of meanwhile. */
+static void catch_up(struct jobs_run *run, struct jobs_open_round *round, size_t index)
 {
     struct jobs *jobs = run->jobs;
     struct jobs_slot *slot = &round->slots[index];
@@ -286,7 +86,7 @@ static bool catch_up(struct jobs_run *run, struct jobs_open_round *round, size_t
     status = store_task_get(jobs->config.store, &row);
     pthread_mutex_lock(&jobs->rounds.mutex);
     if (status != STORE_OK || slot->state != SLOT_LEASED || slot->row.attempt != row.attempt) {
-        return false;
+        return;
     }
     if (row.status == STORE_TASK_DONE) {
         jobs_remotes_note(&jobs->remotes, slot->who, REMOTE_DONE, round->what->kind->name);
@@ -296,12 +96,11 @@ static bool catch_up(struct jobs_run *run, struct jobs_open_round *round, size_t
         slot->row.lost = row.lost;
         jobs_slot_free(round, index);
     }
-    return row.status == STORE_TASK_WAITING;
 }
 
 /* Asks the store to lose the lease of a slot, which is not extended meanwhile. The mutex is held,
-   but let go of: only this thread ends the round. True: the task is free again. */
-static bool lose(struct jobs_run *run, struct jobs_open_round *round, size_t index)
+   but let go of: only this thread ends the round. */
+static void lose(struct jobs_run *run, struct jobs_open_round *round, size_t index)
 {
     struct jobs *jobs = run->jobs;
     struct jobs_slot *slot = &round->slots[index];
@@ -332,25 +131,34 @@ static bool lose(struct jobs_run *run, struct jobs_open_round *round, size_t ind
     if (status == STORE_OK && slot->state == SLOT_LEASED && slot->row.attempt == attempt) {
         jobs_slot_lose(jobs, round, index, NULL);
     }
-    return status == STORE_OK || (status == STORE_CONFLICT && catch_up(run, round, index));
+    if (status == STORE_CONFLICT) {
+        catch_up(run, round, index);
+    }
 }
 
 /* Leases that have expired are lost, where the store agrees: it does not where they have ended. The
-   mutex is held, but let go of meanwhile. True: there are
-   tasks to lease again. */
-static bool expire(struct jobs_run *run, struct jobs_open_round *round)
+   mutex is held, but let go of meanwhile. */
+static void expire(struct jobs_run *run, struct jobs_open_round *round)
 {
     double now = clock_now();
-    bool freed = false;
     size_t i;
 
     while ((i = find_expired(round, now)) != SIZE_MAX) {
-        freed = lose(run, round, i) || freed;
+        lose(run, round, i);
     }
     for (i = round->first_leased; i != SIZE_MAX; i = round->slots[i].after) {
         round->slots[i].losing = false; /* the store may fail: the next look tries again */
     }
-    return freed;
+}
+
+/* Whether those who wait for tasks are to be asked again, from now on not any more. The mutex is
+   held. */
+static bool must_offer(struct jobs_open_round *round)
+{
+    bool due = round->withheld > 0.0 && clock_now() >= round->withheld;
+
+    round->withheld = due ? 0.0 : round->withheld;
+    return due;
 }
 
 static double progress_of(const struct jobs_round *round, size_t done)
@@ -410,7 +218,7 @@ static int load_result(struct jobs_run *run, struct jobs_open_round *round, size
     int status = store_task_result(store, id, &loaded->bytes, &loaded->size);
 
     if (status != STORE_OK) {
-        return status == STORE_NOMEM ? SRNF_ENOMEM : fail_store(result, status);
+        return status == STORE_NOMEM ? SRNF_ENOMEM : jobs_fail_store(result, status);
     }
     if (!jobs_memory_charge(run->memory, loaded->size)) {
         free(loaded->bytes);
@@ -420,7 +228,7 @@ static int load_result(struct jobs_run *run, struct jobs_open_round *round, size
     *good = check_result(round->what, index, loaded, &status);
     if (status == 0 && !*good) {
         status = store_task_reset(store, id);
-        status = status ? fail_store(result, status) : 0;
+        status = status ? jobs_fail_store(result, status) : 0;
     }
     return status;
 }
@@ -486,7 +294,7 @@ static int wait_for_all(struct jobs_run *run, struct jobs_open_round *round,
     pthread_mutex_lock(&jobs->rounds.mutex);
     while (status == 0 && taken < round->what->n && !round->failed) {
         struct timespec until = clock_timespec(look);
-        bool freed = false;
+        bool offer;
 
         status = take_arrived(run, round, &taken, result);
         tell(run, round, told);
@@ -501,13 +309,10 @@ static int wait_for_all(struct jobs_run *run, struct jobs_open_round *round,
             continue;
         }
         look = clock_now() + LOOK_SECONDS;
-        freed = expire(run, round);
-        if (round->withheld > 0.0 && clock_now() >= round->withheld) {
-            round->withheld = 0.0;
-            freed = true;
-        }
+        expire(run, round);
+        offer = must_offer(round);
         pthread_mutex_unlock(&jobs->rounds.mutex);
-        if (freed) {
+        if (offer) {
             jobs_rounds_offer(jobs);
         }
         if (atomic_load(&jobs->draining)) {
@@ -592,7 +397,7 @@ int jobs_run_round(struct jobs_run *run, const struct jobs_round *what, struct j
     int status;
 
     pthread_cond_init(&round.changed, NULL);
-    status = open_round(run, &round, result);
+    status = jobs_open_round(run, &round, result);
     if (status == 0) {
         publish(run->jobs, &round);
         status = wait_for_all(run, &round, result);

@@ -53,8 +53,8 @@ struct jobs_open_round {
     size_t first_leased;        /* SIZE_MAX: none */
     size_t cursor;              /* no slot before it is WAITING */
     size_t users;
-    double withheld; /* when all who wait are to be asked again, since a task was not given to one
-                        who lost it; by the monotonic clock, 0: never */
+    double withheld; /* when all who wait are to be asked again, since a task is free that was not,
+                        or was not given to one who lost it; by the monotonic clock, 0: never */
     bool failed;     /* a task was lost too often, or for certain */
     size_t poison;
     double seconds;  /* that tasks took whose leases have ended with a result */
@@ -75,6 +75,15 @@ void jobs_rounds_destroy(struct jobs_rounds *rounds);
 /* Whether the bytes can be the result of the task, as far as that can be told. */
 bool jobs_task_suits(const struct tasks_kind *kind, const struct jobs_task *task,
                      const void *result, size_t size);
+
+/* Fills the slots of a round from the store, which adds tasks that it does not have yet. What it
+   allocates the round has to free. Returns 0 or as jobs_run_round (rounds_open.c). */
+int jobs_open_round(struct jobs_run *run, struct jobs_open_round *round,
+                    struct jobs_result *result);
+/* The problem of a job whose tasks the store cannot keep; returns JOBS_TASK_FAILED. */
+int jobs_fail_store(struct jobs_result *result, int status);
+
+/* ---- Moves of a task (slots.c) --------------------------------------------------------------- */
 
 /* A task is leased from now on. The mutex is held, as for all that follows. */
 void jobs_slot_lease(struct jobs_open_round *round, size_t index, double seconds);

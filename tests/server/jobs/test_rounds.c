@@ -23,6 +23,7 @@
 struct world {
     struct engine engine;
     atomic_int taken[TASKS]; /* times that the result of each was taken */
+    atomic_int offers;       /* times that workers who wait were told of tasks */
 };
 
 static bool any_byte(const void *inputs, size_t size, const void *result, size_t result_size)
@@ -88,6 +89,13 @@ static void lease(struct world *world, struct jobs_lease *got)
     assert_int_equal(got->what.inputs.size, 1);
 }
 
+static void count_offer(void *user)
+{
+    struct world *world = user;
+
+    atomic_fetch_add(&world->offers, 1);
+}
+
 static void begin(struct world *world)
 {
     struct jobs_config config = {.store = world->engine.fixture->store,
@@ -95,6 +103,7 @@ static void begin(struct world *world)
                                  .table = table,
                                  .user = world,
                                  .offers_tasks = true,
+                                 .offered = count_offer,
                                  .lease_seconds = LEASE_SECONDS};
     struct store_job job;
     enum jobs_submission how;
@@ -181,6 +190,33 @@ static void a_lease_given_back_to_the_store_alone_is_free_again(void **state)
     await_success(world);
 }
 
+static void workers_are_told_of_a_task_whose_result_was_none(void **state)
+{
+    struct world *world = *state;
+    struct jobs_lease leases[TASKS], again;
+    char text[JOBS_SECRET_SIZE + 2];
+    int before;
+
+    begin(world);
+    for (size_t i = 0; i < TASKS; i++) {
+        lease(world, &leases[i]);
+    }
+    finish(world, &leases[1]);
+    finish(world, &leases[2]);
+    before = world->offers;
+    proof_of(&leases[0], text);
+    assert_int_equal(store_task_finish(world->engine.fixture->store, leases[0].task, text, "..", 2),
+                     STORE_OK);
+    jobs_task_clear(&leases[0].what);
+    for (int ms = 0; ms < 5000 && world->offers == before; ms += 2) {
+        engine_pause_ms(2);
+    }
+    assert_int_not_equal(world->offers, before);
+    lease(world, &again);
+    finish(world, &again);
+    await_success(world);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, engine_teardown)
 
 int main(void)
@@ -188,6 +224,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(a_result_that_only_the_store_has_is_taken),
         TEST(a_lease_given_back_to_the_store_alone_is_free_again),
+        TEST(workers_are_told_of_a_task_whose_result_was_none),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
