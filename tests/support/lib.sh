@@ -93,8 +93,9 @@ is() { # GOT WANTED NAME
     fi
 }
 
+# What is empty or null was most likely not there at all, and fails.
 isnt() { # GOT UNWANTED NAME
-    if [ "$1" != "$2" ]; then
+    if [ -n "$1" ] && [ "$1" != null ] && [ "$1" != "$2" ]; then
         ok "$3"
     else
         not_ok "$3" "got what must not be: $1"
