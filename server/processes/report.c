@@ -273,6 +273,7 @@ static bool put_section(struct report_page *page, const char *id, FILE *methods,
 
     if (good) {
         put_head(page->body, &section, page->n_sections);
+        page->results = section.results;
         good = report_members(page, section.results, 0);
         (void)fputs("</section>", page->body);
     }

@@ -17,6 +17,7 @@
 #define REPORT_SHAPES_MIB 16 /* of shapes; others are named only */
 #define REPORT_SHAPES_MAX ((size_t)REPORT_SHAPES_MIB << 20)
 #define REPORT_ROWS_MAX 500 /* of a table */
+#define REPORT_COLUMNS_MAX 16
 
 struct report_jobs {
     size_t n;
@@ -46,6 +47,7 @@ struct report_page {
     FILE *body, *shapes, *views, *sections;
     char *texts[4]; /* of these, in their order */
     size_t sizes[4];
+    const json_t *results; /* of the section that is written */
     size_t n_shapes, n_views, n_sections;
     size_t n_omitted;        /* shapes for which there was no room */
     struct srnf_mesh sphere; /* that surfaces are triangulated over */
@@ -63,12 +65,33 @@ void report_omitted(const struct report_page *page, char *text, size_t size);
 
 /* Text with all that has a meaning in HTML escaped, and without control characters. */
 void report_text(FILE *out, const char *text);
-/* "maxIterations" as people write it: "max iterations". */
-void report_words(FILE *out, const char *name);
 /* A scalar as text: numbers with six digits. */
 void report_scalar(FILE *out, const json_t *value);
 /* A document as JSON that can stand in a script element: without < and >. */
 bool report_json(FILE *out, const json_t *document);
+
+/* ---- Words of results (report_terms.c) --------------------------------------------------------- */
+
+/* What people call a member: "95 % interval" of confidenceInterval; of one without a name of its own
+   "max iterations" of maxIterations. */
+void report_words(FILE *out, const char *name);
+/* Whether a member says something to a reader: not what the head of a section tells in words, nor
+   what only a program needs. */
+bool report_is_told(const char *name, const json_t *value);
+/* A member of an object as text, if it fits into a cell (report_is_cell): lists of two numbers that
+   are an interval as one, and a p that is the least possible with its sign. */
+bool report_is_cell(const json_t *value);
+void report_put_cell(FILE *out, const json_t *object, const char *name);
+
+/* ---- Tables (report_tables.c) ------------------------------------------------------------------ */
+
+/* The members of an object that are cells, a row each. */
+void report_figures(FILE *out, const json_t *object);
+/* Lists that go with the labels of an object, such as the group and the distance of each member. */
+void report_beside(FILE *out, const json_t *object);
+/* A matrix of an object, named by what the result calls its rows. */
+void report_matrix(const struct report_page *page, const json_t *object, const char *name,
+                   const json_t *matrix);
 
 /* ---- Its parts ------------------------------------------------------------------------------- */
 
@@ -96,6 +119,9 @@ void report_not_shown(struct report_page *page, const char *name);
 /* Lists that are seen as a whole (report_rows.c). report_rows: as report_members. */
 bool report_is_rows(const json_t *list);
 bool report_rows(struct report_page *page, const char *name, const json_t *list);
+/* What registrations left at landmarks, of a pair or of a group whose members have these labels. */
+bool report_is_landmarks(const char *name, const json_t *value);
+void report_landmarks(FILE *out, const json_t *landmarks, const json_t *labels);
 bool report_is_neighbours(const json_t *object);
 void report_neighbours(FILE *out, const json_t *object);
 /* The faces that all shapes share: numbers of 16 bits, in base64. */

@@ -16,7 +16,6 @@
  */
 #include "processes/report.h"
 
-#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -54,24 +53,6 @@ void report_text(FILE *out, const char *text)
             (void)fputc(c < ' ' || c == 0x7f ? ' ' : c, out);
         }
     }
-}
-
-void report_words(FILE *out, const char *name)
-{
-    char words[128];
-    size_t n = 0;
-
-    for (; *name && n + 2 < sizeof words; name++) {
-        unsigned char c = (unsigned char)*name;
-        bool begins = isupper(c) && n > 0 && !isupper((unsigned char)name[-1]);
-
-        if (begins) {
-            words[n++] = ' ';
-        }
-        words[n++] = begins ? (char)tolower(c) : (char)c;
-    }
-    words[n] = '\0';
-    report_text(out, words);
 }
 
 void report_scalar(FILE *out, const json_t *value)

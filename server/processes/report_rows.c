@@ -1,6 +1,7 @@
 /*
  * report_rows.c - lists of a result that are seen as a whole: surfaces predicted at points of
- * covariates, structures of a subject with their joint modes, and neighbours by their names.
+ * covariates, structures of a subject with their joint modes, neighbours by their names, and
+ * landmarks.
  *
  * A view of rows names the section and the list, whose results the page has, and has the shape of
  * each row or -1: the page decides by the rows what moves what (web/src/report_view.tsx).
@@ -111,5 +112,129 @@ void report_neighbours(FILE *out, const json_t *object)
     if (json_array_size(indices) > REPORT_ROWS_MAX) {
         (void)fprintf(out, "<p class=\"quiet\">and %zu more members.</p>",
                       json_array_size(indices) - REPORT_ROWS_MAX);
+    }
+}
+
+/* ---- Landmarks ------------------------------------------------------------------------------- */
+
+#define MET 1e-9 /* radians: rounding */
+
+bool report_is_landmarks(const char *name, const json_t *value)
+{
+    return strcmp(name, "landmarks") == 0 &&
+           json_is_object(json_array_get(json_object_get(value, "points"), 0));
+}
+
+static bool is_met(const json_t *angle)
+{
+    return json_is_number(angle) && json_number_value(angle) < MET;
+}
+
+/* What is left at the landmarks of a kind, in a sentence. */
+static void put_kind(FILE *out, const char *before, const json_t *of)
+{
+    if (!json_is_object(of)) {
+        return;
+    }
+    (void)fprintf(out, "<p>%s", before);
+    report_scalar(out, json_object_get(of, "count"));
+    if (is_met(json_object_get(of, "maxAngle"))) {
+        (void)fputs(", all of them met exactly.</p>", out);
+        return;
+    }
+    (void)fputs(": a root mean square of ", out);
+    report_scalar(out, json_object_get(of, "rmsDistance"));
+    (void)fputs(", at most ", out);
+    report_scalar(out, json_object_get(of, "maxDistance"));
+    (void)fputs(".</p>", out);
+}
+
+/* The heads of a table with a column for each landmark. */
+static void put_numbers(FILE *out, const json_t *points)
+{
+    const json_t *point;
+    size_t i;
+
+    (void)fputs("<table><thead><tr><th scope=\"col\">member</th>", out);
+    json_array_foreach(points, i, point)
+    {
+        (void)fprintf(out, "<th scope=\"col\">landmark %zu%s</th>", i + 1,
+                      json_is_true(json_object_get(point, "heldOut")) ? " (held out)" : "");
+    }
+    (void)fputs("</tr></thead><tbody>", out);
+}
+
+/* The distances that are left in each member of a group. */
+static void put_members(FILE *out, const json_t *landmarks, const json_t *labels)
+{
+    const json_t *members = json_object_get(landmarks, "members"), *one;
+    size_t i;
+
+    put_numbers(out, json_object_get(landmarks, "points"));
+    json_array_foreach(members, i, one)
+    {
+        const json_t *distances = json_object_get(one, "distances");
+        const json_t *angles = json_object_get(one, "angles");
+
+        if (i >= REPORT_ROWS_MAX) {
+            break;
+        }
+        (void)fputs("<tr><th scope=\"row\">", out);
+        report_scalar(out, json_array_get(labels, i));
+        for (size_t k = 0; k < json_array_size(distances); k++) {
+            (void)fputs(k ? "</td><td>" : "</th><td>", out);
+            if (is_met(json_array_get(angles, k))) {
+                (void)fputs("met", out);
+            } else {
+                report_scalar(out, json_array_get(distances, k));
+            }
+        }
+        (void)fputs("</td></tr>", out);
+    }
+    (void)fputs("</tbody></table>", out);
+}
+
+/* The columns of what is left at each landmark: of a group, and of a pair. */
+static const char *const of_group[] = {"heldOut",  "rmsDistance", "maxDistance",
+                                       "rmsAngle", "maxAngle",    "position"};
+static const char *const of_pair[] = {"heldOut", "distance", "angle", "offFixed", "offMoving"};
+
+static void put_points(FILE *out, const json_t *points, const char *const *columns, size_t n)
+{
+    const json_t *point;
+    size_t i;
+
+    (void)fputs("<table><thead><tr><th scope=\"col\">landmark</th>", out);
+    for (size_t k = 0; k < n; k++) {
+        (void)fputs("<th scope=\"col\">", out);
+        report_words(out, columns[k]);
+        (void)fputs("</th>", out);
+    }
+    (void)fputs("</tr></thead><tbody>", out);
+    json_array_foreach(points, i, point)
+    {
+        (void)fprintf(out, "<tr><th scope=\"row\">%zu</th>", i + 1);
+        for (size_t k = 0; k < n; k++) {
+            (void)fputs("<td>", out);
+            report_put_cell(out, point, columns[k]);
+            (void)fputs("</td>", out);
+        }
+        (void)fputs("</tr>", out);
+    }
+    (void)fputs("</tbody></table>", out);
+}
+
+void report_landmarks(FILE *out, const json_t *landmarks, const json_t *labels)
+{
+    const json_t *points = json_object_get(landmarks, "points");
+    bool group = json_is_array(json_object_get(landmarks, "members"));
+
+    put_kind(out, "Landmarks that guided: ", json_object_get(landmarks, "guiding"));
+    put_kind(out, "Held out: ", json_object_get(landmarks, "heldOut"));
+    if (group) {
+        put_points(out, points, of_group, sizeof of_group / sizeof of_group[0]);
+        put_members(out, landmarks, labels);
+    } else {
+        put_points(out, points, of_pair, sizeof of_pair / sizeof of_pair[0]);
     }
 }

@@ -11,24 +11,7 @@
 #include <string.h>
 
 #define DEPTH_MAX 4
-#define SHORT_MAX 8   /* elements of what fits into a cell */
-#define TEXTS_MAX 200 /* the same of texts */
 #define MATRIX_MAX 24 /* rows of a matrix that is shown as a table */
-#define COLUMNS_MAX 16
-
-static const char *const passed_over[] = {"inputs", "warnings", "numericBuild",
-                                          "links",  "history",  "registration",
-                                          "map",    "madeFrom", NULL};
-
-static bool is_passed_over(const char *name)
-{
-    size_t i = 0;
-
-    while (passed_over[i] && strcmp(passed_over[i], name) != 0) {
-        i++;
-    }
-    return passed_over[i] != NULL;
-}
 
 /* What json_object_foreach takes: it does not change the object. */
 static json_t *object_of(const json_t *value)
@@ -43,119 +26,12 @@ static bool is_record(const json_t *value, const char *kind)
     return id && strncmp(id, kind, strlen(kind)) == 0;
 }
 
-static bool is_scalar(const json_t *value)
-{
-    return value && !json_is_object(value) && !json_is_array(value);
-}
-
-/* ---- Cells ----------------------------------------------------------------------------------- */
-
-/* Scalars, and lists of a few. */
-static bool is_list(const json_t *value)
-{
-    size_t n = json_array_size(value), i;
-    const json_t *one;
-
-    if (!json_is_array(value) || n == 0 ||
-        n > (json_is_string(json_array_get(value, 0)) ? TEXTS_MAX : SHORT_MAX)) {
-        return false;
-    }
-    json_array_foreach(value, i, one)
-    {
-        if (!is_scalar(one)) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/* An object of a few scalars or short lists, such as {age: 50, site: A}. */
-static bool is_small(const json_t *value)
-{
-    json_t *member;
-    const char *name;
-
-    if (!json_is_object(value) || json_object_size(value) == 0 ||
-        json_object_size(value) > SHORT_MAX) {
-        return false;
-    }
-    json_object_foreach(object_of(value), name, member)
-    {
-        if (!is_scalar(member) && !is_list(member)) {
-            return false;
-        }
-    }
-    return true;
-}
-
-static bool is_cell(const json_t *value)
-{
-    return is_scalar(value) || is_list(value) || (is_small(value) && !is_record(value, ""));
-}
-
-static void put_list(FILE *out, const json_t *list)
-{
-    const json_t *one;
-    size_t i;
-
-    json_array_foreach(list, i, one)
-    {
-        (void)fputs(i ? ", " : "", out);
-        report_scalar(out, one);
-    }
-}
-
-static void put_cell(FILE *out, const json_t *value)
-{
-    json_t *member;
-    const char *name, *before = "";
-
-    if (json_is_array(value)) {
-        put_list(out, value);
-        return;
-    }
-    if (!json_is_object(value)) {
-        report_scalar(out, value);
-        return;
-    }
-    json_object_foreach(object_of(value), name, member)
-    {
-        (void)fputs(before, out);
-        report_words(out, name);
-        (void)fputs(": ", out);
-        put_cell(out, member);
-        before = "; ";
-    }
-}
-
 /* ---- Tables ---------------------------------------------------------------------------------- */
-
-/* The members of an object that are cells, a row each. */
-static void put_figures(FILE *out, const json_t *object)
-{
-    bool any = false;
-    json_t *member;
-    const char *name;
-
-    json_object_foreach(object_of(object), name, member)
-    {
-        if (is_passed_over(name) || !is_cell(member) || json_is_null(member)) {
-            continue;
-        }
-        (void)fputs(any ? "<tr><th scope=\"row\">" : "<table><tbody><tr><th scope=\"row\">", out);
-        report_words(out, name);
-        (void)fputs("</th><td>", out);
-        put_cell(out, member);
-        (void)fputs("</td></tr>", out);
-        any = true;
-    }
-    (void)fputs(any ? "</tbody></table>" : "", out);
-}
 
 /* A table under construction: its columns, and the rows so far. */
 struct rows {
     FILE *out;
-    const char *columns[COLUMNS_MAX];
+    const char *columns[REPORT_COLUMNS_MAX];
     size_t n_columns, n;
 };
 
@@ -168,7 +44,9 @@ static void add_columns(struct rows *rows, const json_t *row)
     const char *name;
 
     for (size_t i = 0; rows->n_columns == 0 && i < sizeof called / sizeof called[0]; i++) {
-        if (is_scalar(json_object_get(row, called[i]))) {
+        const json_t *value = json_object_get(row, called[i]);
+
+        if (value && !json_is_null(value) && !json_is_object(value) && !json_is_array(value)) {
             rows->columns[rows->n_columns++] = called[i];
         }
     }
@@ -179,14 +57,15 @@ static void add_columns(struct rows *rows, const json_t *row)
         while (k < rows->n_columns && strcmp(rows->columns[k], name) != 0) {
             k++;
         }
-        if (k == rows->n_columns && k < COLUMNS_MAX && !is_passed_over(name) && is_cell(member)) {
+        if (k == rows->n_columns && k < REPORT_COLUMNS_MAX && report_is_told(name, member) &&
+            report_is_cell(member)) {
             rows->columns[rows->n_columns++] = name;
         }
     }
 }
 
-/* After add_columns of all rows; key: NULL in a list. */
-static void put_row(struct rows *rows, const char *key, const json_t *row)
+/* After add_columns of all rows; key: NULL in a list; of: what the key is of, or NULL. */
+static void put_row(struct rows *rows, const char *of, const char *key, const json_t *row)
 {
     if (rows->n == 0) {
         (void)fputs(rows->n_columns ? "<table><thead><tr>" : "", rows->out);
@@ -204,14 +83,14 @@ static void put_row(struct rows *rows, const char *key, const json_t *row)
     (void)fputs("<tr>", rows->out);
     if (key) {
         (void)fputs("<th scope=\"row\">", rows->out);
+        report_text(rows->out, of ? of : "");
+        (void)fputs(of ? ", " : "", rows->out);
         report_text(rows->out, key);
         (void)fputs("</th>", rows->out);
     }
     for (size_t k = 0; k < rows->n_columns; k++) {
-        const json_t *cell = json_object_get(row, rows->columns[k]);
-
         (void)fputs("<td>", rows->out);
-        put_cell(rows->out, cell && is_cell(cell) ? cell : json_null());
+        report_put_cell(rows->out, row, rows->columns[k]);
         (void)fputs("</td>", rows->out);
     }
     (void)fputs("</tr>", rows->out);
@@ -226,31 +105,6 @@ static void end_rows(struct rows *rows)
         (void)fprintf(rows->out, "<p class=\"quiet\">and %zu more rows.</p>",
                       rows->n - REPORT_ROWS_MAX);
     }
-}
-
-/* A matrix, named by the labels of the result where they are as many. */
-static void put_matrix(FILE *out, const json_t *matrix, const json_t *labels)
-{
-    size_t n = json_array_size(matrix), i;
-    const json_t *row;
-
-    (void)fputs("<table><tbody>", out);
-    json_array_foreach(matrix, i, row)
-    {
-        (void)fputs("<tr>", out);
-        if (json_array_size(labels) == n) {
-            (void)fputs("<th scope=\"row\">", out);
-            report_text(out, json_string_value(json_array_get(labels, i)));
-            (void)fputs("</th>", out);
-        }
-        for (size_t k = 0; k < json_array_size(row); k++) {
-            (void)fputs("<td>", out);
-            report_scalar(out, json_array_get(row, k));
-            (void)fputs("</td>", out);
-        }
-        (void)fputs("</tr>", out);
-    }
-    (void)fputs("</tbody></table>", out);
 }
 
 /* ---- Members --------------------------------------------------------------------------------- */
@@ -268,8 +122,60 @@ static bool is_matrix(const json_t *value)
 {
     const json_t *first = json_array_get(value, 0);
 
-    return json_is_array(first) && is_scalar(json_array_get(first, 0)) &&
-           json_array_size(value) <= MATRIX_MAX && json_array_size(first) <= MATRIX_MAX;
+    return json_array_size(first) > 0 && !json_is_array(json_array_get(first, 0)) &&
+           !json_is_object(json_array_get(first, 0)) && json_array_size(value) <= MATRIX_MAX &&
+           json_array_size(first) <= MATRIX_MAX;
+}
+
+/* An object whose members are all objects, such as one for each method. */
+static bool is_keyed(const json_t *value)
+{
+    json_t *member;
+    const char *name;
+
+    json_object_foreach(object_of(value), name, member)
+    {
+        if (!json_is_object(member) || is_record(member, "")) {
+            return false;
+        }
+    }
+    return json_object_size(value) > 0;
+}
+
+/* What is keyed in the rows of a list, such as what each method says of each structure: a table. */
+static void put_keyed(FILE *out, const json_t *list, int depth)
+{
+    const char *name = NULL, *key;
+    struct rows rows = {.out = out};
+    const json_t *one;
+    json_t *member;
+    size_t i;
+
+    json_object_foreach(object_of(json_array_get(list, 0)), key, member)
+    {
+        if (!name && report_is_told(key, member) && !is_record(member, "") && is_keyed(member)) {
+            name = key;
+        }
+    }
+    if (!name) {
+        return;
+    }
+    put_heading(out, name, depth + 1);
+    json_array_foreach(list, i, one)
+    {
+        json_object_foreach(json_object_get(one, name), key, member)
+        {
+            add_columns(&rows, member);
+        }
+    }
+    json_array_foreach(list, i, one)
+    {
+        json_object_foreach(json_object_get(one, name), key, member)
+        {
+            put_row(&rows, json_string_value(json_object_get(one, "name")), key, member);
+        }
+    }
+    end_rows(&rows);
 }
 
 /* A list of objects: a table, and what its rows have beside cells. */
@@ -287,9 +193,10 @@ static bool put_objects(struct report_page *page, const char *name, const json_t
     }
     json_array_foreach(list, i, one)
     {
-        put_row(&rows, NULL, one);
+        put_row(&rows, NULL, NULL, one);
     }
     end_rows(&rows);
+    put_keyed(page->body, list, depth);
     if (depth == 0 && report_is_rows(list)) {
         return report_rows(page, name, list);
     }
@@ -300,21 +207,6 @@ static bool put_objects(struct report_page *page, const char *name, const json_t
         good = good && (!is_record(surface, "surf-") || report_surface(page, surface));
     }
     return good;
-}
-
-/* An object whose members are all objects, such as one for each method. */
-static bool is_keyed(const json_t *value)
-{
-    json_t *member;
-    const char *name;
-
-    json_object_foreach(object_of(value), name, member)
-    {
-        if (!json_is_object(member) || is_record(member, "")) {
-            return false;
-        }
-    }
-    return json_object_size(value) > 0;
 }
 
 static bool put_part(struct report_page *page, const char *name, const json_t *value, int depth)
@@ -334,7 +226,7 @@ static bool put_part(struct report_page *page, const char *name, const json_t *v
     }
     json_object_foreach(object_of(value), key, member)
     {
-        put_row(&rows, key, member);
+        put_row(&rows, NULL, key, member);
     }
     end_rows(&rows);
     json_object_foreach(object_of(value), key, member)
@@ -345,7 +237,7 @@ static bool put_part(struct report_page *page, const char *name, const json_t *v
 
         json_object_foreach(member, inner, one)
         {
-            if (!is_cell(one)) {
+            if (!report_is_cell(one)) {
                 (void)json_object_set(rest, inner, one);
             }
         }
@@ -356,6 +248,25 @@ static bool put_part(struct report_page *page, const char *name, const json_t *v
         json_decref(rest);
     }
     return good;
+}
+
+/* What matters of a mesh. */
+static void put_mesh(FILE *out, const char *name, const json_t *mesh, int depth)
+{
+    static const char *const kept[] = {"area", "volume", "genus", "components", "route"};
+    const json_t *report = json_object_get(mesh, "report");
+    json_t *figures = json_object();
+
+    for (size_t i = 0; i < sizeof kept / sizeof kept[0]; i++) {
+        (void)json_object_set(figures, kept[i], json_object_get(report, kept[i]));
+    }
+    (void)json_object_set(figures, "name", json_object_get(mesh, "name"));
+    (void)json_object_set(figures, "vertices", json_object_get(mesh, "vertices"));
+    (void)json_object_set(figures, "faces", json_object_get(mesh, "faces"));
+    (void)json_object_set(figures, "canBeAnalysed", json_object_get(report, "analysable"));
+    put_heading(out, name, depth);
+    report_figures(out, figures);
+    json_decref(figures);
 }
 
 static bool put_member(struct report_page *page, const json_t *object, const char *name,
@@ -372,12 +283,21 @@ static bool put_member(struct report_page *page, const json_t *object, const cha
     if (is_record(first, "surf-")) {
         return report_path(page, value);
     }
+    if (is_record(value, "mesh-")) {
+        put_mesh(page->body, name, value, depth);
+        return true;
+    }
+    if (report_is_landmarks(name, value)) {
+        put_heading(page->body, name, depth);
+        report_landmarks(page->body, value, json_object_get(object, "labels"));
+        return true;
+    }
     if (json_is_object(first)) {
         return put_objects(page, name, value, depth);
     }
     if (is_matrix(value)) {
         put_heading(page->body, name, depth);
-        put_matrix(page->body, value, json_object_get(object, "labels"));
+        report_matrix(page, object, name, value);
         return true;
     }
     return !json_is_object(value) || json_object_size(value) == 0 ||
@@ -394,15 +314,17 @@ bool report_members(struct report_page *page, const json_t *object, int depth)
     if (depth > DEPTH_MAX) {
         return true;
     }
-    put_figures(page->body, object);
-    if (neighbours) {
+    report_figures(page->body, object);
+    if (!neighbours) {
+        report_beside(page->body, object);
+    } else {
         report_neighbours(page->body, object);
     }
     json_object_foreach(object_of(object), name, member)
     {
         bool told = neighbours && json_is_array(json_array_get(member, 0));
 
-        if (good && !told && !is_passed_over(name) && !is_cell(member)) {
+        if (good && !told && report_is_told(name, member) && !report_is_cell(member)) {
             good = put_member(page, object, name, member, depth) &&
                    !(context->canceled && context->canceled(context->user));
         }

@@ -145,16 +145,17 @@ check(sections['compare-groups']['pValue'] == results['compare-groups']['pValue'
 
 six = lambda value: f'{value:.6g}'
 has = lambda *row: list(row) in [one[:len(row)] for one in reader.cells]
-check(has('p value', six(results['compare-groups']['pValue'])) and has('distance', six(results['compare-groups']['distance'])),
+floor = '≤ ' if results['compare-groups']['pValueIsFloor'] else ''
+check(has('p', floor + six(results['compare-groups']['pValue'])) and has('distance', six(results['compare-groups']['distance'])),
       'p and the distance of the means are those of the API')
 check(has('1', six(results['pca']['model']['eigenvalues'][0]), six(results['pca']['model']['explained'][0])), 'eigenvalues too')
 accuracy = results['classify']['methods']['harmonic-nn']['accuracy']
 check(any(row[0] == 'harmonic-nn' and six(accuracy) in row for row in reader.cells if row), 'accuracies too')
 effect = results['regress']['coefficients'][1]['largestEffect']
-check(has('name', 'degrees of freedom') and has('age', '1') and any('r2 interval' in row for row in reader.cells), 'rows are called by their names, first')
+check(has('name', 'degrees of freedom') and has('age', '1') and any('interval of r2' in row for row in reader.cells), 'rows are called by their names, first')
 check('largestEffect' not in results['regress']['coefficients'][0] and any(six(effect) in row for row in reader.cells), 'and what the first row of a table lacks')
 matrix = results['distances']['matrix']
-check([row[1:] for row in reader.cells if row and row[0] == subject][0][1] == six(matrix[0][1]), 'distances too')
+check([row[1:] for row in reader.cells if row and row[0] == subject and len(row) == 7][0][1] == six(matrix[0][1]), 'distances too')
 
 first = data['shapes'][0]
 points = struct.unpack(f"<{3 * (10 * 16 * 16 + 2)}h", base64.b64decode(first['positions']))
@@ -230,6 +231,35 @@ is "$(jq -c '.sections[2].results.indices' "$SCRATCH/whole.data")" "$(jq -c .ind
 NEAR=$(jq -r '(.labels[.indices[0][0]] | gsub("<"; "&lt;") | gsub(">"; "&gt;")) as $name | "\($name) ("' "$SCRATCH/neighbours.json")
 check 'and are named in a table' grep -qF "<td>$NEAR" "$SCRATCH/whole.html"
 unlike "$(cat "$SCRATCH/whole.html")" '<img' 'as text'
+
+# ---- Landmarks, and structures that classify --------------------------------------------------------------
+
+analyse mean "$(jq -nc '{cohort: "nuclei", lmax: 4, maxIterations: 1, landmarks: {points: [range(6) | [10 + ., 200, 400]], heldOut: [2]}}')"
+MEAN=$JOB
+analyse classify-parts '{"cohort":"twice","lmax":4,"method":"srnf-nn"}'
+execute report "{\"jobs\":[\"$MEAN\",\"$JOB\"],\"title\":\"Tables\",\"resolution\":8}"
+is "$STATUS" 200 'a report of a mean with landmarks, and of structures that classify'
+jq -j .html "$BODY" >"$SCRATCH/tables.html"
+six() { # PROCESS FILTER: numbers of its results as a report writes them
+    jq -r "$2" "$SCRATCH/$1.json" | xargs printf '%.6g\n' | paste -s -d '|' | sed 's/|/<\/td><td>/g'
+}
+row() { # TEXT: whether a row of a table of the report is this
+    grep -qF -- "$1" "$SCRATCH/tables.html"
+}
+name_of() { # PROCESS FILTER: a name as text of a page
+    jq -r "$2 | @html" "$SCRATCH/$1.json" | sed "s|&apos;|\&#39;|g"
+}
+check 'it has members with their labels and distances' \
+    row "<td>$(name_of mean '.labels[0]')</td><td>$(name_of mean '.groups[0]')</td><td>$(six mean '.distances[0]')</td>"
+check 'landmarks of members by their names, those that are met in words' \
+    row "$(name_of mean '.labels[1]')</th><td>met</td><td>met</td><td>$(six mean '.landmarks.members[1].distances[2]')</td>"
+check 'what is held out in a sentence' \
+    row "Held out: 1: a root mean square of $(six mean .landmarks.heldOut.rmsDistance), at most $(six mean .landmarks.heldOut.maxDistance)."
+check 'what each structure says alone' row "back, srnf-nn</th><td>$(six classify-parts '.parts[] | select(.name == "back") | .methods["srnf-nn"] | .accuracy, .correct')</td>"
+check 'a matrix with the names of its rows' \
+    row "<tr><th scope=\"row\">b</th><td>$(six classify-parts '.methods["srnf-nn"].confusion[1][]')</td></tr>"
+check 'and of its columns' row 'taken for a</th><th scope="col">taken for b</th>'
+unlike "$(cat "$SCRATCH/tables.html")" '<t[dh][^>]*>(seconds|bridged surfaces|p value is floor|mesh-[0-9a-f]{32})<' 'and nothing that only a program needs'
 
 # ---- Of more shapes than it may carry -------------------------------------------------------------------
 

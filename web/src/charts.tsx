@@ -215,11 +215,13 @@ export function Curve({ title, name, points, labels }: { title: string; name: st
     );
 }
 
-export function Intervals({ rows, chance }: { rows: { name: string; value: number; low: number; high: number; p?: number | null }[]; chance: number }) {
+export function Intervals({ rows, chance, title = 'Accuracy', name = 'accuracy', heading = 'method' }: {
+    rows: { name: string; value: number; low: number; high: number; p?: number | null }[]; chance: number; title?: string; name?: string; heading?: string;
+}) {
     const height = 50 + 30 * rows.length;
     const at = (v: number) => 130 + 260 * v;
     return (
-        <Chart title="Accuracy, with 95 % intervals" name="accuracy" rows={[['method', 'accuracy', 'low', 'high', 'p'], ...rows.map((r) => [r.name, r.value, r.low, r.high, r.p ?? null])]}>
+        <Chart title={`${title}, with 95 % intervals`} name={name} rows={[[heading, 'accuracy', 'low', 'high', 'p'], ...rows.map((r) => [r.name, r.value, r.low, r.high, r.p ?? null])]}>
             <svg viewBox={`0 0 420 ${height}`} role="img" aria-label={rows.map((r) => `${r.name}: ${figure(r.value, 2)}, ${figure(r.low, 2)} to ${figure(r.high, 2)}`).join('; ')}>
                 {[0, 0.25, 0.5, 0.75, 1].map((v) => <><path d={`M${at(v)} 10V${height - 30}`} stroke="currentColor" stroke-opacity=".15" /><text x={at(v)} y={height - 14} font-size="11" text-anchor="middle" fill="currentColor">{v}</text></>)}
                 <path d={`M${at(chance)} 10V${height - 30}`} stroke="#d55e00" stroke-dasharray="4 3" />

@@ -1,6 +1,7 @@
 // Cohorts: members with labels and covariates, edited as in a spreadsheet, and what can be asked of them.
 import { useState } from 'preact/hooks';
 import * as api from './api';
+import { namesOf } from './names';
 import { go, link } from './router';
 import { jobs, mayChange, say, useValue } from './state';
 import { parseTable } from './table';
@@ -166,22 +167,10 @@ function clean(member: api.Member): api.Member {
     };
 }
 
-async function namesOf(cohort: api.Cohort): Promise<Map<string, string>> {
-    const names = new Map<string, string>();
-    const wanted = new Set((cohort.members ?? []).map((m) => m.id));
-    for (const kind of ['meshes', 'surfaces'] as const) {
-        if (![...wanted].some((id) => id.startsWith(kind.slice(0, 4)) && !names.has(id))) continue;
-        await api.listAll(kind, (items) => {
-            for (const item of items) if (wanted.has(item.id)) names.set(item.id, item.name || item.id);
-        }, () => [...wanted].every((id) => names.has(id) || !id.startsWith(kind.slice(0, 4))));
-    }
-    return names;
-}
-
 export function CohortPage({ name }: { name: string }) {
     const loaded = useLoad(async () => {
         const cohort = await api.cohort(name);
-        return { cohort, names: await namesOf(cohort) };
+        return { cohort, names: await namesOf((cohort.members ?? []).map((m) => m.id)) };
     }, [name]);
     const [error, setError] = useState<unknown>();
     const remove = async () => {

@@ -3,6 +3,7 @@ import { Confusion, Curve, HeatMap, Intervals, Reliability, Scatter, Variance, s
 import type * as api from './documents';
 import { JointCharts, LandmarkChart, NeighbourCharts, Percentiles, checksOf, isJoint, isNeighbours } from './charts_joint';
 import { TrajectoryCharts, isTrajectories } from './charts_time';
+import { GroupLandmarks, MemberDistances, PartIntervals, areOfGroup, hasDistances, hasParts } from './charts_group';
 import { Amounts, Subjects } from './charts_within';
 import { useMemo, useState } from 'preact/hooks';
 
@@ -80,6 +81,8 @@ export function Findings({ result }: { result: any }) {
                     {Object.entries<any>(result.methods).map(([name, m]) => <Confusion key={name} classes={result.classes} counts={m.confusion} title={`${name}: ${m.correct} of ${m.perSubject.length} right`} />)}
                 </div>
             )}
+            {hasParts(result) && <div class="split">{Object.keys(result.methods).map((name) => <PartIntervals key={name} result={result} method={name} />)}</div>}
+            {hasDistances(result) && <div class="split"><MemberDistances result={result} /></div>}
             {result.matrix?.length > 1 && result.labels && <div class="split"><Distances result={result} /></div>}
             {isPaired(result) && <div class="split"><PairedCharts result={result} /></div>}
             {curves.some(Boolean) && <div class="split">{curves}</div>}
@@ -87,7 +90,7 @@ export function Findings({ result }: { result: any }) {
             {isTrajectories(result) && <div class="split"><TrajectoryCharts result={result} /></div>}
             {isJoint(result) && <div class="split"><JointCharts result={result} /></div>}
             {isNeighbours(result) && <div class="split"><NeighbourCharts result={result} /></div>}
-            {result.landmarks?.points?.length > 0 && <LandmarkChart points={result.landmarks.points} />}
+            {result.landmarks?.points?.length > 0 && (areOfGroup(result.landmarks) ? <GroupLandmarks points={result.landmarks.points} /> : <LandmarkChart points={result.landmarks.points} />)}
             {(result.validation ?? result.assessment) && <Assessment of={result.validation ?? result.assessment} classes={result.classes} />}
         </>
     );

@@ -17,6 +17,9 @@ import { AnyResult } from './any_result';
 import { Findings } from './findings';
 import { Page, ProblemBox, Shown, csv, figure, plural, save, size, useLoad } from './ui';
 import { textOfPoint } from './series';
+import { Encoded, Extracted, Inverted, Mirrored, Repaired, Sampled, Transferred, Transported } from './made';
+import { LandmarksOfGroup, Mean, idsOf } from './mean';
+import { Comparisons, Together, doubtful } from './together';
 import { Trajectories } from './trajectories';
 import { Within } from './within';
 import { makeReport } from './report';
@@ -292,6 +295,7 @@ function Classification({ result, job }: { result: api.Outputs<'classify'>; job:
                     })}</tbody></table></div>
                 {chosen && <Linked id={chosen} title="The member that was missed" />}
             </div>
+            <Comparisons list={result.comparisons} />
         </>
     );
 }
@@ -329,8 +333,6 @@ function WholeDistances({ result, matrix, job }: { result: api.Outputs<'distance
 }
 
 // ---- Classifiers -------------------------------------------------------------------------------------------------------
-
-const doubtful = (typicality: any): string => Object.entries<any>(typicality ?? {}).filter(([, t]) => t && t.value > t.limit).map(([name]) => api.words(name).toLowerCase()).join(', ');
 
 function Trained({ result }: { result: api.Outputs<'train'> }) {
     const missed = result.perSubject.filter((s: any) => s.predicted !== s.label);
@@ -454,7 +456,17 @@ function ReportButton({ title, job, id }: { title: string; job?: api.Job; id?: s
 
 /** What shows the results of a process; of others all members are listed. */
 const VIEWS: { [P in api.ProcessId]?: (result: api.Outputs<P>, job: api.Job) => ComponentChildren } = {
-    pca: (result) => <Components model={result.model} />,
+    extract: (result) => <Extracted result={result} />,
+    encode: (result) => <Encoded result={result} />,
+    repair: (result) => <Repaired result={result} />,
+    mirror: (result) => <Mirrored result={result} />,
+    invert: (result) => <Inverted result={result} />,
+    transport: (result) => <Transported result={result} />,
+    transfer: (result) => <Transferred result={result} />,
+    sample: (result) => <Sampled result={result} />,
+    mean: (result, job) => <Mean result={result} job={job} />,
+    'classify-parts': (result) => <Together result={result} />,
+    pca: (result, job) => <><Components model={result.model} /><LandmarksOfGroup result={result} surface={result.model.mean.id} ids={idsOf(result, job)} /></>,
     'compare-groups': (result) => <Groups result={result} />,
     change: (result) => <Within result={result} />,
     asymmetry: (result) => <Within result={result} />,
