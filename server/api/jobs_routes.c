@@ -20,6 +20,7 @@
 #include "api/labels.h"
 #include "store/digest.h"
 #include "store/job.h"
+#include "store/task.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -94,6 +95,26 @@ static bool find_job(struct api_call *call, struct store_job *job)
     return status == 0;
 }
 
+static void add_executor(void *user, const struct store_maker *maker, int64_t tasks)
+{
+    (void)json_array_append_new(user, json_pack("{s:s, s:s, s:s, s:I}", "host", maker->host, "cpu",
+                                                maker->cpu, "build", maker->build, "tasks",
+                                                (json_int_t)tasks));
+}
+
+/* The record of a job with those that have computed its tasks; without, where there are none. */
+static json_t *with_executors(struct api_call *call, json_t *record, const char *job)
+{
+    json_t *executors = json_array();
+
+    if (store_task_makers(call->api->config.store, job, add_executor, executors) == STORE_OK &&
+        json_array_size(executors) > 0) {
+        (void)json_object_set(record, "executors", executors);
+    }
+    json_decref(executors);
+    return record;
+}
+
 void jobs_get_one(struct api_call *call)
 {
     struct store_job job = {0};
@@ -107,7 +128,9 @@ void jobs_get_one(struct api_call *call)
         (void)api_response_header_text(call->response, "Retry-After", "1");
     }
     if (!job_ended(&job) || !respond_not_modified(call, etag)) {
-        respond_json(call, 200, job_with_inputs(job_record(&job, NULL), &job, INPUTS_MAX));
+        json_t *record = job_with_inputs(job_record(&job, NULL), &job, INPUTS_MAX);
+
+        respond_json(call, 200, with_executors(call, record, job.id));
     }
     store_job_clear(&job);
 }

@@ -19,6 +19,7 @@
 #include "jobs/tasks.h"
 #include "log.h"
 #include "store/store.h"
+#include "store/task.h"
 
 #include <math.h>
 #include <sodium.h>
@@ -118,6 +119,19 @@ static size_t text_from(const char *a, const char *b)
     return same > QUOTE_BEFORE + 20 ? same - QUOTE_BEFORE : 0;
 }
 
+static void respond_mismatch(struct api_call *call, const char *host, const char *given,
+                             const char *own)
+{
+    size_t from = text_from(given, own);
+
+    (void)problem_respond(call, "build-mismatch",
+                          "The worker on %s is of the build \"%s%.150s\", the service of "
+                          "\"%s%.150s\": their results can differ in the last bits. Install the "
+                          "same package on a machine of the same kind.",
+                          host, from > 0 ? ".." : "", given + from, from > 0 ? ".." : "",
+                          own + from);
+}
+
 /* False when a problem was answered: of the body, or because the worker computes other bits. */
 static bool read_worker(struct api_call *call, const json_t *body, struct jobs_remote *remote,
                         double *wait)
@@ -146,14 +160,7 @@ static bool read_worker(struct api_call *call, const json_t *body, struct jobs_r
     jobs_remote_who(remote->owner, remote->job, remote->name, remote->who);
     build_arithmetic_id(own);
     if (strcmp(given, own) != 0) {
-        size_t from = text_from(given, own);
-
-        (void)problem_respond(
-            call, "build-mismatch",
-            "The worker on %s is of the build \"%s%.150s\", the service of "
-            "\"%s%.150s\": their results can differ in the last bits. Install the "
-            "same package on a machine of the same kind.",
-            remote->host, from > 0 ? ".." : "", given + from, from > 0 ? ".." : "", own + from);
+        respond_mismatch(call, remote->host, given, own);
         return false;
     }
     return true;
@@ -325,14 +332,55 @@ static bool digest_holds(struct api_call *call)
     return false;
 }
 
+/* Who has made the result, by the headers of the request. False when a problem was answered: they
+   are none, or the build is another, and then the attempt is lost. */
+static bool read_maker(struct api_call *call, struct store_maker *maker)
+{
+    const struct {
+        const char *name, **text;
+        size_t most;
+    } headers[] = {{"Worker-Host", &maker->host, JOBS_REMOTE_NAME_MAX},
+                   {"Worker-CPU", &maker->cpu, JOBS_REMOTE_NAME_MAX},
+                   {"Worker-Build", &maker->build, BUILD_ARITHMETIC_SIZE}};
+    const struct jobs_proof proof = proof_of(call);
+    char own[BUILD_ARITHMETIC_SIZE];
+    int status;
+
+    for (size_t i = 0; i < sizeof headers / sizeof headers[0]; i++) {
+        const char *value = api_request_header(call->request, headers[i].name);
+
+        if (!value || !value[0] || strlen(value) >= headers[i].most || !is_plain(value)) {
+            (void)problem_respond(call, "invalid-input",
+                                  "A result names who has made it: the header %s must be a text of "
+                                  "1 to %zu printable ASCII characters without <, >, & and quotes.",
+                                  headers[i].name, headers[i].most - 1);
+            return false;
+        }
+        *headers[i].text = value;
+    }
+    build_arithmetic_id(own);
+    if (strcmp(maker->build, own) == 0) {
+        return true;
+    }
+    status = jobs_lease_give_back(call->api->config.jobs, call->parameters[0], &proof,
+                                  "a result of another build", false);
+    if (status == STORE_OK) {
+        respond_mismatch(call, maker->host, maker->build, own);
+    } else {
+        respond_status(call, status);
+    }
+    return false;
+}
+
 void leases_result(struct api_call *call)
 {
     const struct api_request *request = call->request;
     const struct jobs_proof proof = proof_of(call);
+    struct store_maker maker;
 
-    if (!refuse_clear_text(call) && digest_holds(call)) {
+    if (!refuse_clear_text(call) && read_maker(call, &maker) && digest_holds(call)) {
         respond_nothing(call, jobs_lease_finish(call->api->config.jobs, call->parameters[0], &proof,
-                                                request->body, request->body_size));
+                                                &maker, request->body, request->body_size));
     }
 }
 

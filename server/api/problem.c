@@ -97,7 +97,7 @@ static const struct problem_kind kinds[] = {
     {"shutting-down", 503, "The service is shutting down"},
     {"not-ready", 503, "The service is not ready"},
     {"http-version-not-supported", 505, "The version of HTTP is not supported"},
-    {"task-failed", 500, "A task of the job failed on all workers that tried it"},
+    {"task-failed", 500, "A task of the job could not be computed by workers"},
     {"attempts-exhausted", 500, "The job was interrupted too often"},
     {"job-crashed", 500, "The service died of this job"},
     {"data-damaged", 500, "Stored data are damaged"},

@@ -217,7 +217,8 @@ int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_
     status = what->describe(what->user, place.index, &lease->what) == 0 ? STORE_OK : STORE_NOMEM;
     if (status == STORE_OK) {
         status =
-            store_task_lease(jobs->config.store, lease->task, lease->attempt, text, remote->name);
+            store_task_lease(jobs->config.store, lease->task, lease->attempt, text, remote->name,
+                             &(struct store_maker){.host = remote->host, .cpu = remote->cpu});
     }
     settle(jobs, place, lease, remote, text, status);
     if (status == STORE_OK) {
@@ -421,7 +422,7 @@ static bool fits(const struct place *place, const void *bytes, size_t size)
 }
 
 int jobs_lease_finish(struct jobs *jobs, const char *task, const struct jobs_proof *proof,
-                      const void *bytes, size_t size)
+                      const struct store_maker *maker, const void *bytes, size_t size)
 {
     struct place place = enter(jobs, task);
     struct tasks_bytes copy = {.bytes = malloc(size ? size : 1), .size = size};
@@ -437,7 +438,7 @@ int jobs_lease_finish(struct jobs *jobs, const char *task, const struct jobs_pro
     }
     if (status == STORE_OK) {
         memcpy(copy.bytes, bytes, size);
-        status = store_task_finish(jobs->config.store, task, text, bytes, size);
+        status = store_task_finish(jobs->config.store, task, text, maker, bytes, size);
     }
     if (status == STORE_OK) {
         metrics_add(jobs->config.metrics, METRIC_TASK_BYTES, METRIC_LABELS("results"),

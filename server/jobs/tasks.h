@@ -97,10 +97,11 @@ int jobs_lease_content(struct jobs *jobs, const char *task, const struct jobs_pr
 /* It holds for *seconds more. Nothing is written. */
 int jobs_lease_extend(struct jobs *jobs, const char *task, const struct jobs_proof *proof,
                       double *seconds);
-/* Takes the result of the lease; bytes are copied. STORE_CORRUPT: it cannot be the result of this
-   task; the attempt is lost. */
+/* Takes the result of the lease, and notes who has made it; bytes are copied. STORE_CORRUPT: it
+   cannot be the result of this task; the attempt is lost. */
+struct store_maker; /* store/task.h */
 int jobs_lease_finish(struct jobs *jobs, const char *task, const struct jobs_proof *proof,
-                      const void *bytes, size_t size);
+                      const struct store_maker *maker, const void *bytes, size_t size);
 /* reason NULL: nothing was wrong with it. certain: any attempt will end so; the second time that a
    task ends so for the same reason, its job fails. */
 int jobs_lease_give_back(struct jobs *jobs, const char *task, const struct jobs_proof *proof,

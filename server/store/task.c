@@ -1,13 +1,11 @@
 /*
- * task.c - tasks and leases (task.h), and arrays of workers that Slurm was asked for (pilots.h).
- * Writes of many workers that come together share a transaction, and so a sync, as all writes do
- * (writer.c).
+ * task.c - tasks and leases (task.h). Writes of many workers that come together share a
+ * transaction, and so a sync, as all writes do (writer.c).
  */
 #include "store/task.h"
 
 #include "store/digest.h"
 #include "store/internal.h"
-#include "store/pilots.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -175,6 +173,7 @@ struct move {
     char secret[65];       /* digest */
     int64_t attempt;
     const char *worker;
+    const struct store_maker *maker;
     const void *result;
     size_t size;
 };
@@ -199,24 +198,48 @@ static int run_lease(struct store *store, sqlite3 *db, struct store_write *write
 {
     const struct move *move = write->argument;
     size_t changed = 0;
-    int status =
-        store_execute(db, &changed,
-                      "UPDATE task SET status = 'leased', attempt = ?, secret = ?, "
-                      "worker = ? WHERE id = ? AND status = 'waiting' AND attempt < ?",
-                      "ittti", move->attempt, move->secret, move->worker, move->id, move->attempt);
+    int status = store_execute(
+        db, &changed,
+        "UPDATE task SET status = 'leased', attempt = ?1, secret = ?2, worker = ?3, "
+        "place = ?4 || ' (' || ?5 || ')' WHERE id = ?6 AND status = 'waiting' AND attempt < ?1",
+        "ittttt", move->attempt, move->secret, move->worker, move->maker->host, move->maker->cpu,
+        move->id);
 
     (void)store;
     return judge(status, changed);
 }
 
 int store_task_lease(struct store *store, const char *id, int64_t attempt, const char *secret,
-                     const char *worker)
+                     const char *worker, const struct store_maker *maker)
 {
     struct move move = move_of(id, secret);
 
     move.attempt = attempt;
     move.worker = worker;
+    move.maker = maker;
     return store_write(store, run_lease, &move);
+}
+
+/* One more result of the maker for the job of the task. */
+static int count_result(sqlite3 *db, const struct move *move)
+{
+    const struct store_maker *maker = move->maker;
+    size_t changed = 0;
+    int status = store_execute(db, &changed,
+                               "UPDATE executor SET tasks = tasks + 1 WHERE job = "
+                               "(SELECT job FROM task WHERE id = ?) AND host = ? AND cpu = ? "
+                               "AND build = ?",
+                               "tttt", move->id, maker->host, maker->cpu, maker->build);
+
+    if (status == STORE_OK && changed == 0) {
+        status = store_execute(db, NULL,
+                               "INSERT INTO executor (job, host, cpu, build, tasks) "
+                               "SELECT job, ?2, ?3, ?4, 1 FROM task WHERE id = ?1 AND "
+                               "(SELECT count(*) FROM executor WHERE executor.job = task.job) < ?5",
+                               "tttti", move->id, maker->host, maker->cpu, maker->build,
+                               (int64_t)STORE_EXECUTORS_MAX);
+    }
+    return status;
 }
 
 static int run_finish(struct store *store, sqlite3 *db, struct store_write *write)
@@ -229,23 +252,27 @@ static int run_finish(struct store *store, sqlite3 *db, struct store_write *writ
                                "btt", move->result, move->size, move->id, move->secret);
 
     (void)store;
-    return judge(status, changed);
+    status = judge(status, changed);
+    return status == STORE_OK ? count_result(db, move) : status;
 }
 
-int store_task_finish(struct store *store, const char *id, const char *secret, const void *result,
-                      size_t size)
+int store_task_finish(struct store *store, const char *id, const char *secret,
+                      const struct store_maker *maker, const void *result, size_t size)
 {
     struct move move = move_of(id, secret);
 
+    move.maker = maker;
     move.result = result;
     move.size = size;
     return store_write(store, run_finish, &move);
 }
 
-/* Reasons are lines; those that do not fit are left out. ?1: the reason, NULL for none. */
+/* Reasons are lines, each with where it was; those that do not fit are left out. reason: NULL for
+   none. */
 #define ADD_REASON(reason)                                                 \
     "reasons = iif(" reason " IS NULL OR length(reasons) > 600, reasons, " \
-    "trim(reasons || char(10) || substr(" reason ", 1, 300), char(10)))"
+    "trim(reasons || char(10) || iif(place = '', '', place || ': ') || "   \
+    "substr(" reason ", 1, 300), char(10)))"
 
 static int run_give_back(struct store *store, sqlite3 *db, struct store_write *write)
 {
@@ -329,6 +356,33 @@ int store_tasks_drop_done(struct store *store, const char *job)
     return store_write(store, run_drop, &move);
 }
 
+int store_task_makers(struct store *store, const char *job,
+                      void (*visit)(void *user, const struct store_maker *maker, int64_t tasks),
+                      void *user)
+{
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *rows = NULL;
+    int status = store_reader_take(store, &reader);
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &rows,
+                           "SELECT host, cpu, build, tasks FROM executor WHERE job = ? "
+                           "ORDER BY tasks DESC, host, cpu, build",
+                           "t", job);
+    while (status == STORE_OK && (status = store_step(reader->db, rows)) == STORE_OK) {
+        visit(user,
+              &(struct store_maker){.host = (const char *)sqlite3_column_text(rows, 0),
+                                    .cpu = (const char *)sqlite3_column_text(rows, 1),
+                                    .build = (const char *)sqlite3_column_text(rows, 2)},
+              sqlite3_column_int64(rows, 3));
+    }
+    sqlite3_finalize(rows);
+    store_reader_return(store, reader);
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
+}
+
 int store_task_reasons(struct store *store, const char *id, char reasons[STORE_TASK_REASONS_MAX])
 {
     struct store_reader *reader = NULL;
@@ -341,112 +395,4 @@ int store_task_reasons(struct store *store, const char *id, char reasons[STORE_T
         store_reader_return(store, reader);
     }
     return status;
-}
-
-/* ---- Pilots ---------------------------------------------------------------------------------- */
-
-static const char *const pilots_statuses[] = {"intended", "submitted", "ending"};
-
-static int run_pilots_put(struct store *store, sqlite3 *db, struct store_write *write)
-{
-    const struct store_pilots *row = write->argument;
-
-    (void)store;
-    return store_execute(db, NULL,
-                         "INSERT OR REPLACE INTO pilots (name, job, number, status, try, size, "
-                         "memory, token) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                         "ttttiiit", row->name, row->job, row->number, pilots_statuses[row->status],
-                         row->attempt, row->size, row->memory, row->token);
-}
-
-int store_pilots_put(struct store *store, const struct store_pilots *row)
-{
-    struct store_pilots copy = *row;
-
-    return store_write(store, run_pilots_put, &copy);
-}
-
-static int run_pilots_drop(struct store *store, sqlite3 *db, struct store_write *write)
-{
-    const char *const *name = write->argument;
-
-    (void)store;
-    return store_execute(db, NULL, "DELETE FROM pilots WHERE name = ?", "t", *name);
-}
-
-int store_pilots_drop(struct store *store, const char *name)
-{
-    return store_write(store, run_pilots_drop, &name);
-}
-
-static void read_pilots(sqlite3_stmt *rows, struct store_pilots *row)
-{
-    char status[16];
-
-    *row = (struct store_pilots){.status = STORE_PILOTS_INTENDED};
-    store_column_id(rows, 0, row->name, sizeof row->name);
-    store_column_id(rows, 1, row->job, sizeof row->job);
-    store_column_id(rows, 2, row->number, sizeof row->number);
-    store_column_id(rows, 3, status, sizeof status);
-    for (size_t i = 0; i < sizeof pilots_statuses / sizeof pilots_statuses[0]; i++) {
-        if (strcmp(status, pilots_statuses[i]) == 0) {
-            row->status = (enum store_pilots_status)i;
-        }
-    }
-    row->attempt = sqlite3_column_int64(rows, 4);
-    row->size = sqlite3_column_int64(rows, 5);
-    row->memory = sqlite3_column_int64(rows, 6);
-    store_column_id(rows, 7, row->token, sizeof row->token);
-}
-
-int store_pilots_list(struct store *store, struct store_pilots **list, size_t *n)
-{
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *rows = NULL;
-    int status = store_reader_take(store, &reader);
-
-    *list = NULL;
-    *n = 0;
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &rows,
-                           "SELECT name, job, number, status, try, size, memory, token "
-                           "FROM pilots ORDER BY name",
-                           "");
-    while (status == STORE_OK && (status = store_step(reader->db, rows)) == STORE_OK) {
-        struct store_pilots *grown = realloc(*list, (*n + 1) * sizeof **list);
-
-        if (!grown) {
-            status = STORE_NOMEM;
-            break;
-        }
-        *list = grown;
-        read_pilots(rows, &grown[(*n)++]);
-    }
-    sqlite3_finalize(rows);
-    store_reader_return(store, reader);
-    if (status == STORE_NOT_FOUND) {
-        return STORE_OK;
-    }
-    free(*list);
-    *list = NULL;
-    *n = 0;
-    return status;
-}
-
-int store_pilots_wanted(struct store *store, const char *job, bool *wanted)
-{
-    struct store_reader *reader = NULL;
-    char status[16] = "";
-    int result = store_reader_take(store, &reader);
-
-    *wanted = false;
-    if (result == STORE_OK) {
-        result = store_text(reader->db, status, sizeof status,
-                            "SELECT status FROM job WHERE id = ?", job);
-        store_reader_return(store, reader);
-        *wanted = strcmp(status, "accepted") == 0 || strcmp(status, "running") == 0;
-    }
-    return result == STORE_NOT_FOUND ? STORE_OK : result;
 }

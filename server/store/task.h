@@ -21,6 +21,12 @@
 struct store;
 
 #define STORE_TASK_REASONS_MAX 1024 /* bytes of what was said of lost attempts */
+#define STORE_EXECUTORS_MAX 64      /* makers that are kept of a job; those beyond are not */
+
+/* Where a result is made, as whoever makes it says. */
+struct store_maker {
+    const char *host, *cpu, *build; /* build: of a lease NULL */
+};
 
 enum store_task_status { STORE_TASK_WAITING, STORE_TASK_LEASED, STORE_TASK_DONE };
 
@@ -38,15 +44,20 @@ int store_tasks_open(struct store *store, const char *job, const char *kind, siz
                      struct store_task *tasks);
 /* Fills the row of a task, whose id is given, as it stands. */
 int store_task_get(struct store *store, struct store_task *task);
-/* Attempt `attempt` of a waiting task goes to a worker. secret: what that has to prove; of it the
-   digest is kept. */
+/* Attempt `attempt` of a waiting task goes to a worker at that place. secret: what that has to
+   prove; of it the digest is kept. */
 int store_task_lease(struct store *store, const char *id, int64_t attempt, const char *secret,
-                     const char *worker);
+                     const char *worker, const struct store_maker *maker);
 /* Whether this is the lease of the task: STORE_OK or STORE_CONFLICT. Nothing is written. */
 int store_task_holds(struct store *store, const char *id, const char *secret);
-/* The result of the lease: the task is done. */
-int store_task_finish(struct store *store, const char *id, const char *secret, const void *result,
-                      size_t size);
+/* The result of the lease, and who has made it: the task is done. */
+int store_task_finish(struct store *store, const char *id, const char *secret,
+                      const struct store_maker *maker, const void *result, size_t size);
+/* Calls visit for each that has made results of the job, the one with most first; also after the
+   end of the job. */
+int store_task_makers(struct store *store, const char *job,
+                      void (*visit)(void *user, const struct store_maker *maker, int64_t tasks),
+                      void *user);
 /* The result of a task that is done: malloc. STORE_NOT_FOUND: it has none. */
 int store_task_result(struct store *store, const char *id, unsigned char **result, size_t *size);
 /* The worker gives the lease back; reason NULL: nothing was wrong. Otherwise the attempt is lost,
@@ -59,7 +70,7 @@ int store_task_lose(struct store *store, const char *id, int64_t attempt, const 
 int store_task_reset(struct store *store, const char *id);
 /* The tasks of a job that are done go, with their results: the job has no need of them any more. */
 int store_tasks_drop_done(struct store *store, const char *job);
-/* What was said of lost attempts, one a line. */
+/* What was said of lost attempts, one a line, with where it was. */
 int store_task_reasons(struct store *store, const char *id, char reasons[STORE_TASK_REASONS_MAX]);
 
 #endif

@@ -118,7 +118,7 @@ static int on_progress(void *user, curl_off_t total, curl_off_t now, curl_off_t 
 /* Adds a header; false without memory. */
 static bool add(struct curl_slist **headers, const char *name, const char *value)
 {
-    char line[256];
+    char line[512];
     struct curl_slist *longer;
 
     if (!value) {
@@ -163,6 +163,11 @@ static bool make_headers(const struct link *link, const struct link_request *req
            add(headers, "Lease-Secret", request->secret) &&
            add(headers, "Content-Type", request->type) &&
            add(headers, "Content-Digest", request->digest) && add(headers, "Expect", "");
+    if (request->made) {
+        made = made && add(headers, "Worker-Host", link->target->host) &&
+               add(headers, "Worker-CPU", link->target->cpu) &&
+               add(headers, "Worker-Build", link->target->build);
+    }
     sodium_memzero(token, sizeof token);
     return made;
 }

@@ -17,6 +17,7 @@ struct link_target {
     const char *token;       /* NULL: that of the file */
     const char *certificate; /* PEM file of the one certificate, or authority, that is trusted;
                                 NULL: those of the system */
+    const char *host, *cpu, *build; /* who makes results */
 };
 /* What is wrong with the target, a static sentence, or NULL: no URL, or clear text beyond this
    machine. */
@@ -32,6 +33,7 @@ struct link_request {
     const char *secret;        /* of a lease, or NULL */
     const char *type;          /* of the body, or NULL: there is none */
     const char *digest;        /* Content-Digest, or NULL */
+    bool made;                 /* the body is a result: who has made it goes along */
     const void *body;
     size_t size;
     double seconds; /* at most */

@@ -256,22 +256,17 @@ static void give_back(struct worker_slot *slot, const struct lease *lease)
     link_answer_clear(&answer);
 }
 
-/* certain: the computation itself has failed, as it will anywhere; then the host is of no interest,
-   and the text is that which others tell. */
+/* certain: the computation itself has failed, as it will anywhere. The text is that which others
+   tell; the service adds where it was. */
 static void tell_failure(struct worker_slot *slot, const struct lease *lease, const char *what,
                          bool certain)
 {
-    struct worker *worker = slot->worker;
-    char path[PATH_MAX_BYTES], detail[360];
+    char path[PATH_MAX_BYTES], detail[232];
     struct link_answer answer;
     json_t *document;
     char *body;
 
-    if (certain) {
-        (void)snprintf(detail, sizeof detail, "%.230s", what);
-    } else {
-        (void)snprintf(detail, sizeof detail, "on %.60s: %.280s", worker->host, what);
-    }
+    (void)snprintf(detail, sizeof detail, "%.230s", what);
     document = json_pack("{s:s, s:b}", "detail", detail, "certain", certain);
     body = json_dumps(document, JSON_COMPACT);
     make_path(path, lease, "/failure");
@@ -312,6 +307,7 @@ static void return_result(struct worker_slot *slot, const struct lease *lease,
                                     .secret = lease->secret,
                                     .type = "application/octet-stream",
                                     .digest = text,
+                                    .made = true,
                                     .body = result->bytes,
                                     .size = result->size,
                                     .seconds = REQUEST_SECONDS},

@@ -240,6 +240,9 @@ static void introduce(struct worker *worker)
     read_cpu(worker->cpu);
     make_plain(worker->cpu);
     build_arithmetic_id(worker->build);
+    worker->target.host = worker->host;
+    worker->target.cpu = worker->cpu;
+    worker->target.build = worker->build;
 }
 
 /* ---- Life ------------------------------------------------------------------------------------ */

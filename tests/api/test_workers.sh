@@ -90,6 +90,10 @@ is "$(told task-done)" 6 'as they say themselves'
 compare "$(find "$SCRATCH/cache" -type f | wc -l)" '>=' 2 'what tasks were about is kept on the disk'
 get /metrics
 like "$(cat "$BODY")" 'srnfd_tasks_total\{kind="pairs",event="done"\} 6' 'and counted'
+get '/v1/jobs?process=distances'
+get "/v1/jobs/$(json '.jobs[0].jobID')"
+is "$(json '[.executors | length, .[0].tasks, (.[0].host | length > 0), (.[0].cpu | length > 0), (.[0].build | contains("openblas"))] | tojson')" \
+    '[1,6,true,true,true]' 'and the job names the host, the processor and the build of its results'
 execute mean "$MEAN" --header 'Prefer: wait=100'
 is "$(json "$MEAN_NUMBERS")" "$LOCAL_MEAN" 'a mean by two workers: the same bits'
 execute mean "$POSED" --header 'Prefer: wait=100'
@@ -144,6 +148,15 @@ result "$SCRATCH/one" "$(printf '%032d' 7)"
 is_problem 409 lease-lost 'a forged secret is refused'
 result "$SCRATCH/one" "$SECRET" 'sha-256=:AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA=:'
 is_problem 422 digest-mismatch 'bytes that are not those of the digest are refused'
+MADE_BY='' result "$SCRATCH/one" "$SECRET"
+is_problem 422 invalid-input 'a result without the build that made it is refused'
+request POST "/v1/leases/$TASK/heartbeat" --header "Lease-Secret: $SECRET"
+is "$STATUS" 200 'and may be sent again'
+MADE_BY="$BUILD of old" result "$SCRATCH/one" "$SECRET"
+is_problem 409 build-mismatch 'that of another build is refused'
+request POST "/v1/leases/$TASK/heartbeat" --header "Lease-Secret: $SECRET"
+is_problem 409 lease-lost 'and its attempt is over'
+lease
 result "$SCRATCH/minus-one" "$SECRET"
 is_problem 422 invalid-result 'a negative distance is no result'
 result "$SCRATCH/one" "$SECRET"
@@ -185,7 +198,7 @@ done
 is "$STATUS" 204 'a worker tells of a failure'
 poll_job "$JOB" 20
 is "$JOB_STATUS $(json .exception.code)" 'failed task-failed' 'what fails everywhere fails its job'
-like "$(json .exception.detail)" 'it always breaks' 'with what the workers said'
+like "$(json .exception.detail)" 'here \(any\): it always breaks' 'with what the workers said, and where'
 WAIT=0.2 lease
 is "$STATUS" 204 'and is no longer offered'
 

@@ -77,7 +77,8 @@ static inline void drawn_open(struct drawn *drawn)
     }
     (void)snprintf(drawn->url, sizeof drawn->url, "http://127.0.0.1:%d", drawn->service.port);
     build_arithmetic_id(drawn->build);
-    drawn->target = (struct link_target){.url = drawn->url};
+    drawn->target = (struct link_target){
+        .url = drawn->url, .host = "here", .cpu = "drawn", .build = drawn->build};
 }
 
 /* Returns the exit status of the bench. */
@@ -204,6 +205,7 @@ static inline bool drawn_return(struct link *link, struct drawn_lease *lease, co
                                      .secret = lease->secret,
                                      .type = "application/octet-stream",
                                      .digest = text,
+                                     .made = true,
                                      .body = bytes,
                                      .size = size,
                                      .seconds = 60.0},

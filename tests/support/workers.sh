@@ -88,5 +88,6 @@ result() { # FILE SECRET [DIGEST [CURL ARGUMENTS..]]
     local digest
     digest=${3:-sha-256=:$(openssl dgst -sha256 -binary "$1" | base64):}
     request PUT "/v1/leases/$TASK/result" --header "Lease-Secret: $2" --header "Content-Digest: $digest" \
+        --header 'Worker-Host: here' --header 'Worker-CPU: any' --header "Worker-Build: ${MADE_BY-$BUILD}" \
         --header 'Content-Type: application/octet-stream' --data-binary "@$1" "${@:4}"
 }

@@ -1510,6 +1510,12 @@ export interface components {
             cache: "miss" | "hit" | "joined";
             inputsDigest: string;
             numericBuild: string;
+            executors?: {
+                host: string;
+                cpu: string;
+                build: string;
+                tasks: number;
+            }[];
             exception?: components["schemas"]["Problem"];
             links: components["schemas"]["Link"][];
         };
@@ -2788,6 +2794,9 @@ export interface components {
         ContentDigest: string;
         LeaseSecret: string;
         ResultDigest: string;
+        WorkerHost: string;
+        WorkerCpu: string;
+        WorkerBuild: string;
         Ticket: string;
         LastEventId: string;
         Prefer: string;
@@ -5131,6 +5140,9 @@ export interface operations {
             header: {
                 "Lease-Secret": components["parameters"]["LeaseSecret"];
                 "Content-Digest": components["parameters"]["ResultDigest"];
+                "Worker-Host": components["parameters"]["WorkerHost"];
+                "Worker-CPU": components["parameters"]["WorkerCpu"];
+                "Worker-Build": components["parameters"]["WorkerBuild"];
             };
             path: {
                 task: components["parameters"]["TaskId"];
