@@ -441,12 +441,36 @@ static bool add_worker(void *user, const struct jobs_remote_state *state)
         }
     }
     row = counts_json(&all);
-    (void)json_object_update_new(
-        row, json_pack("{s:s, s:s, s:s, s:s, s:I, s:o, s:o, s:o}", "worker", remote->name, "host",
-                       remote->host, "cpu", remote->cpu, "token", remote->owner, "slots",
-                       (json_int_t)remote->slots, "first", json_time(state->first_ms), "last",
-                       json_time(state->last_ms), "kinds", kinds));
+    (void)json_object_update_new(row, json_pack("{s:s, s:s, s:s, s:s, s:I, s:b, s:o, s:o, s:o}",
+                                                "worker", remote->name, "host", remote->host, "cpu",
+                                                remote->cpu, "token", remote->owner, "slots",
+                                                (json_int_t)remote->slots, "barred", state->barred,
+                                                "first", json_time(state->first_ms), "last",
+                                                json_time(state->last_ms), "kinds", kinds));
     return json_array_append_new(user, row) == 0;
+}
+
+/* Bars as JSON: whom they hold for, why, and until when. */
+static json_t *bars_json(struct jobs *jobs)
+{
+    struct jobs_bar *bars = malloc(JOBS_BARS_MAX * sizeof *bars);
+    size_t n = bars ? jobs_bars(jobs, bars) : 0;
+    json_t *list = json_array();
+
+    for (size_t i = 0; i < n; i++) {
+        json_t *row =
+            json_pack("{s:I, s:s, s:s, s:b, s:s, s:o, s:o}", "bar", (json_int_t)bars[i].number,
+                      "worker", bars[i].worker, "token", bars[i].token, "pilots", bars[i].pilots,
+                      "why", bars[i].why, "since", json_time(bars[i].since_ms), "until",
+                      json_time(bars[i].since_ms + (int64_t)(1e3 * JOBS_BAR_SECONDS)));
+
+        if (bars[i].host[0]) {
+            (void)json_object_set_new(row, "host", json_string(bars[i].host));
+        }
+        (void)json_array_append_new(list, row);
+    }
+    free(bars);
+    return list;
 }
 
 void workers_list(struct api_call *call)
@@ -455,7 +479,25 @@ void workers_list(struct api_call *call)
 
     jobs_remotes(call->api->config.jobs, add_worker, items);
     respond_json(call, 200,
-                 json_pack("{s:s, s:o}", "executor",
+                 json_pack("{s:s, s:o, s:o}", "executor",
                            call->api->config.executor ? call->api->config.executor : "local",
-                           "items", items));
+                           "items", items, "bars", bars_json(call->api->config.jobs)));
+}
+
+/* Of a bar that has ended, or never was, there is nothing to end. */
+void workers_lift(struct api_call *call)
+{
+    const char *text = call->parameters[0];
+    char *end;
+    long long number = strtoll(text, &end, 10);
+
+    if (*end || number < 1) {
+        (void)problem_respond(call, "no-such-bar", "A bar is a number, as /v1/workers lists them.");
+        return;
+    }
+    if (jobs_bars_lift(call->api->config.jobs, (int64_t)number)) {
+        LOG("bar-lifted", log_number("bar", (double)number),
+            log_text("by", call->request->caller.name));
+    }
+    call->response->status = 204;
 }

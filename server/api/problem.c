@@ -41,6 +41,7 @@ static const struct problem_kind kinds[] = {
     {"no-such-model", 404, "There is no such model"},
     {"no-such-job", 404, "There is no such job"},
     {"no-such-content", 404, "The task has no such content"},
+    {"no-such-bar", 404, "There is no such bar"},
     {"no-such-output", 404, "The job has no such output"},
     {"no-such-process", 404, "There is no such process"},
     {"method-not-allowed", 405, "The resource does not have this method"},

@@ -225,6 +225,13 @@ const struct api_route api_routes[] = {
     {"POST", "/v1/leases/{task}/failure", leases_failure, SLOW | WORKERS, ROUTE_JSON, "", {0}},
     {"DELETE", "/v1/leases/{task}", leases_delete, SLOW | WORKERS, ROUTE_NO_BODY, "", {0}},
     {"GET", "/v1/workers", workers_list, QUICK | ROUTE_ADMINS, ROUTE_NO_BODY, "", {JSON}},
+    {"DELETE",
+     "/v1/workers/bars/{bar}",
+     workers_lift,
+     QUICK | ROUTE_ADMINS,
+     ROUTE_NO_BODY,
+     "",
+     {0}},
     {NULL, NULL, NULL, QUICK, ROUTE_NO_BODY, NULL, {0}},
 };
 

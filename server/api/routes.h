@@ -95,7 +95,7 @@ api_handler processes_list, processes_get, executions_create, executions_estimat
 api_handler system_landing, system_conformance, system_openapi_json, system_docs, system_healthz,
     system_readyz, system_version, system_openapi, system_metrics, system_caller, users_list;
 api_handler leases_create, leases_content, leases_extend, leases_result, leases_failure,
-    leases_delete, workers_list;
+    leases_delete, workers_list, workers_lift;
 api_handler ui_redirect, ui_index, ui_file, ui_example;
 
 /* Goes on with a waiting execution: answers, or leaves response->wait set to wait on. */

@@ -192,6 +192,34 @@ static void settle(struct jobs *jobs, struct place place, const struct jobs_leas
     pthread_mutex_unlock(&jobs->rounds.mutex);
 }
 
+/* Leases that the worker has from before the daemon started again count among those that its slots
+   allow. */
+static void count_restored(struct jobs *jobs, const struct jobs_remote *remote)
+{
+    pthread_mutex_lock(&jobs->rounds.mutex);
+    for (struct jobs_open_round *round = jobs->rounds.first; round; round = round->link) {
+        for (size_t i = round->first_leased; i != SIZE_MAX; i = round->slots[i].after) {
+            if (strcmp(round->slots[i].who, remote->who) == 0) {
+                jobs_remotes_note(&jobs->remotes, remote->who, REMOTE_LEASED,
+                                  round->what->kind->name);
+            }
+        }
+    }
+    pthread_mutex_unlock(&jobs->rounds.mutex);
+}
+
+/* Whether the worker, which asks for a task, may have one. */
+static bool may_have(struct jobs *jobs, const struct jobs_remote *remote)
+{
+    bool fresh, may = jobs_remotes_sign(&jobs->remotes, remote, &fresh);
+
+    if (fresh && may) {
+        count_restored(jobs, remote);
+        may = jobs_remotes_sign(&jobs->remotes, remote, &fresh);
+    }
+    return may;
+}
+
 int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_lease *lease)
 {
     struct place place = {.round = NULL};
@@ -201,7 +229,7 @@ int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_
     int status;
 
     *lease = (struct jobs_lease){.seconds = jobs->config.lease_seconds};
-    if (jobs_remotes_sign(&jobs->remotes, remote)) {
+    if (may_have(jobs, remote)) {
         place = take(jobs, remote->job, remote->who);
     }
     if (!place.round) {
@@ -231,11 +259,13 @@ int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_
 
 /* ---- While it is leased ---------------------------------------------------------------------- */
 
-/* Whether this is the current lease of the task of an open round; then it is known whose it is. The
-   mutex is held. */
-static bool is_current(struct jobs_slot *slot, const struct jobs_proof *proof)
+/* Whether this is the current lease of the task of an open round; then it is known whose it is,
+   also of one given before a restart. The mutex is held. */
+static bool is_current(struct jobs *jobs, const struct jobs_open_round *round,
+                       struct jobs_slot *slot, const struct jobs_proof *proof)
 {
     char text[PROOF_SIZE], digest[65];
+    bool known = slot->who[0] != '\0';
 
     write_proof(proof, text);
     store_sha256_hex(digest, text, strlen(text));
@@ -244,6 +274,9 @@ static bool is_current(struct jobs_slot *slot, const struct jobs_proof *proof)
         return false;
     }
     jobs_remote_who(proof->owner, proof->job, slot->row.worker, slot->who);
+    if (!known) {
+        jobs_remotes_note(&jobs->remotes, slot->who, REMOTE_LEASED, round->what->kind->name);
+    }
     return true;
 }
 
@@ -256,7 +289,7 @@ static struct place enter_current(struct jobs *jobs, const char *task,
 
     if (place.round) {
         pthread_mutex_lock(&jobs->rounds.mutex);
-        current = is_current(&place.round->slots[place.index], proof);
+        current = is_current(jobs, place.round, &place.round->slots[place.index], proof);
         pthread_mutex_unlock(&jobs->rounds.mutex);
     }
     if (!current) {
@@ -328,7 +361,7 @@ int jobs_lease_extend(struct jobs *jobs, const char *task, const struct jobs_pro
         return store_task_holds(jobs->config.store, task, text);
     }
     pthread_mutex_lock(&jobs->rounds.mutex);
-    if (is_current(&place.round->slots[place.index], proof)) {
+    if (is_current(jobs, place.round, &place.round->slots[place.index], proof)) {
         struct jobs_slot *slot = &place.round->slots[place.index];
 
         status = extend(jobs, slot);
@@ -357,7 +390,7 @@ static void note_end(struct jobs *jobs, struct place place, const struct jobs_pr
     double seconds = 0.0;
 
     pthread_mutex_lock(&jobs->rounds.mutex);
-    if (is_current(slot, proof)) {
+    if (is_current(jobs, place.round, slot, proof)) {
         seconds = clock_now() - slot->since;
         jobs_remotes_note(&jobs->remotes, slot->who,
                           end->result ? REMOTE_DONE
@@ -421,6 +454,17 @@ static bool fits(const struct place *place, const void *bytes, size_t size)
     return good;
 }
 
+/* Whether the task is leased to a worker that is barred. */
+static bool is_barred(struct jobs *jobs, const struct place *place)
+{
+    bool barred;
+
+    pthread_mutex_lock(&jobs->rounds.mutex);
+    barred = jobs_remotes_barred(&jobs->remotes, place->round->slots[place->index].who);
+    pthread_mutex_unlock(&jobs->rounds.mutex);
+    return barred;
+}
+
 int jobs_lease_finish(struct jobs *jobs, const char *task, const struct jobs_proof *proof,
                       const struct store_maker *maker, const void *bytes, size_t size)
 {
@@ -430,6 +474,11 @@ int jobs_lease_finish(struct jobs *jobs, const char *task, const struct jobs_pro
     int status = copy.bytes ? STORE_OK : STORE_NOMEM;
 
     write_proof(proof, text);
+    if (status == STORE_OK && place.round && is_barred(jobs, &place)) {
+        leave(jobs, place);
+        free(copy.bytes);
+        return STORE_CONFLICT; /* its lease has ended, and is lost at the next look */
+    }
     if (status == STORE_OK && !fits(&place, bytes, size)) {
         leave(jobs, place);
         free(copy.bytes);

@@ -140,6 +140,23 @@ void jobs_memory_discharge(struct jobs_memory *memory, size_t bytes)
     }
 }
 
+void jobs_memory_lend(struct jobs_memory *memory, size_t most, struct jobs_memory *other)
+{
+    size_t used = atomic_load_explicit(&memory->used, memory_order_relaxed), room;
+
+    do {
+        room = used < memory->limit ? memory->limit - used : 0;
+        room = room < most ? room : most;
+    } while (!atomic_compare_exchange_weak_explicit(&memory->used, &used, used + room,
+                                                    memory_order_relaxed, memory_order_relaxed));
+    *other = (struct jobs_memory){.limit = room};
+}
+
+void jobs_memory_return(struct jobs_memory *memory, const struct jobs_memory *other)
+{
+    atomic_fetch_sub_explicit(&memory->used, other->limit, memory_order_relaxed);
+}
+
 /* Zeroed and aligned: the front, with its base. */
 static struct front *take(size_t bytes)
 {

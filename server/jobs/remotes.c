@@ -40,7 +40,7 @@ static void forget(struct jobs_remotes *remotes)
     for (size_t i = 0; i < remotes->count; i++) {
         const struct jobs_remote_state *state = &remotes->list[i];
 
-        if (state->barred || now - state->last < JOBS_REMOTE_SECONDS) {
+        if (now - state->last < JOBS_REMOTE_SECONDS) {
             remotes->list[left++] = *state;
         }
     }
@@ -57,7 +57,7 @@ static struct jobs_remote_state *find(struct jobs_remotes *remotes, const char *
     return NULL;
 }
 
-static size_t leased_by(const struct jobs_remote_state *state)
+size_t jobs_remote_leased(const struct jobs_remote_state *state)
 {
     size_t leased = 0;
 
@@ -86,7 +86,7 @@ static struct jobs_remote_state *least_of(struct jobs_remotes *remotes)
     for (size_t i = 0; i < remotes->count; i++) {
         struct jobs_remote_state *state = &remotes->list[i];
 
-        if (leased_by(state) > 0 || state->barred) {
+        if (jobs_remote_leased(state) > 0) {
             continue;
         }
         if (!least || has_worked(state) < has_worked(least) ||
@@ -115,7 +115,7 @@ static bool may_lease(const struct jobs_remote_state *state, const char *job)
 }
 
 /* As jobs_remotes_other. The mutex is held. */
-static bool has_other(const struct jobs_remotes *remotes, const char *who, const char *job,
+static bool has_other(struct jobs_remotes *remotes, const char *who, const char *job,
                       bool (*fits)(const void *user, const char *who), const void *user)
 {
     double now = clock_now();
@@ -123,8 +123,8 @@ static bool has_other(const struct jobs_remotes *remotes, const char *who, const
     for (size_t i = 0; i < remotes->count; i++) {
         const struct jobs_remote_state *state = &remotes->list[i];
 
-        if (!state->barred && now < state->until && state->losses < LOSSES_MAX &&
-            may_lease(state, job) && strcmp(state->remote.who, who) != 0 &&
+        if (now < state->until && state->losses < LOSSES_MAX && may_lease(state, job) &&
+            strcmp(state->remote.who, who) != 0 && !jobs_bars_find(remotes, &state->remote) &&
             (!fits || fits(user, state->remote.who))) {
             return true;
         }
@@ -143,7 +143,7 @@ bool jobs_remotes_other(struct jobs_remotes *remotes, const char *who, const cha
     return has;
 }
 
-bool jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *remote)
+bool jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *remote, bool *fresh)
 {
     int64_t now = store_now_ms();
     struct jobs_remote_state *state;
@@ -151,6 +151,7 @@ bool jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *r
 
     pthread_mutex_lock(&remotes->mutex);
     state = find(remotes, remote->who);
+    *fresh = !state;
     if (!state) {
         forget(remotes);
         state = add(remotes);
@@ -163,7 +164,8 @@ bool jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *r
         state->last_ms = now;
         state->last = clock_now();
         state->until = state->last + fmax(remote->wait, remotes->lease_seconds) + 1.0;
-        may = !state->barred && leased_by(state) < remote->slots &&
+        may = !jobs_bars_find(remotes, remote) && jobs_remote_leased(state) < remote->slots &&
+              jobs_credit_allows(remotes, remote) &&
               (state->last >= state->rest_until ||
                !has_other(remotes, remote->who, remote->job, NULL, NULL));
     }
@@ -171,16 +173,39 @@ bool jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *r
     return may;
 }
 
-void jobs_remotes_bar(struct jobs_remotes *remotes, const char *who)
+void jobs_remotes_bar(struct jobs_remotes *remotes, const char *who, const char *why)
 {
-    struct jobs_remote_state *state;
+    const struct jobs_remote_state *state;
 
     pthread_mutex_lock(&remotes->mutex);
     state = find(remotes, who);
-    if (state) {
-        state->barred = true;
+    if (state && !jobs_bars_find(remotes, &state->remote)) {
+        jobs_bars_add(remotes, &state->remote, why);
     }
     pthread_mutex_unlock(&remotes->mutex);
+}
+
+bool jobs_remotes_barred(struct jobs_remotes *remotes, const char *who)
+{
+    const struct jobs_remote_state *state;
+    bool barred;
+
+    pthread_mutex_lock(&remotes->mutex);
+    state = find(remotes, who);
+    barred = state && jobs_bars_find(remotes, &state->remote);
+    pthread_mutex_unlock(&remotes->mutex);
+    return barred;
+}
+
+bool jobs_remotes_withheld(struct jobs_remotes *remotes)
+{
+    bool withheld;
+
+    pthread_mutex_lock(&remotes->mutex);
+    withheld = remotes->withheld;
+    remotes->withheld = false;
+    pthread_mutex_unlock(&remotes->mutex);
+    return withheld;
 }
 
 void jobs_remote_gone(struct jobs *jobs, const struct jobs_remote *remote)
@@ -190,7 +215,7 @@ void jobs_remote_gone(struct jobs *jobs, const struct jobs_remote *remote)
 
     pthread_mutex_lock(&remotes->mutex);
     state = find(remotes, remote->who);
-    if (state && leased_by(state) == 0) {
+    if (state && jobs_remote_leased(state) == 0) {
         state->until = 0.0;
     }
     pthread_mutex_unlock(&remotes->mutex);
@@ -246,6 +271,9 @@ void jobs_remotes_note(struct jobs_remotes *remotes, const char *who, enum jobs_
             state->until = state->last + remotes->lease_seconds + 1.0;
         }
         count_losses(state, event);
+        if (event == REMOTE_DONE || event == REMOTE_LOST) {
+            jobs_credit_note(remotes, &state->remote, event == REMOTE_DONE);
+        }
         of->leased += event == REMOTE_LEASED;
         of->leased -= event != REMOTE_LEASED && event != REMOTE_ALIVE && of->leased > 0;
         of->done += event == REMOTE_DONE;
@@ -265,8 +293,9 @@ void jobs_remotes(struct jobs *jobs,
     forget(remotes);
     count = remotes->count;
     copy = count > 0 ? malloc(count * sizeof *copy) : NULL;
-    if (copy) {
-        memcpy(copy, remotes->list, count * sizeof *copy);
+    for (size_t i = 0; copy && i < count; i++) {
+        copy[i] = remotes->list[i];
+        copy[i].barred = jobs_bars_find(remotes, &copy[i].remote) != NULL;
     }
     pthread_mutex_unlock(&remotes->mutex);
     for (size_t i = 0; copy && i < count && visit(user, &copy[i]); i++) {
@@ -278,12 +307,14 @@ void jobs_remotes_count(struct jobs *jobs, size_t *workers, size_t *leased)
 {
     struct jobs_remotes *remotes = &jobs->remotes;
 
+    *leased = 0;
+    pthread_mutex_lock(&jobs->rounds.mutex);
+    for (const struct jobs_open_round *round = jobs->rounds.first; round; round = round->link) {
+        *leased += round->leased;
+    }
+    pthread_mutex_unlock(&jobs->rounds.mutex);
     pthread_mutex_lock(&remotes->mutex);
     forget(remotes);
     *workers = remotes->count;
-    *leased = 0;
-    for (size_t i = 0; i < remotes->count; i++) {
-        *leased += leased_by(&remotes->list[i]);
-    }
     pthread_mutex_unlock(&remotes->mutex);
 }

@@ -311,6 +311,7 @@ static int wait_for_all(struct jobs_run *run, struct jobs_open_round *round,
         look = clock_now() + LOOK_SECONDS;
         expire(run, round);
         offer = must_offer(round);
+        offer = jobs_remotes_withheld(&jobs->remotes) || offer;
         pthread_mutex_unlock(&jobs->rounds.mutex);
         if (offer) {
             jobs_rounds_offer(jobs);

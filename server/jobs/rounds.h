@@ -117,16 +117,31 @@ struct jobs_passes {
 void jobs_passes_init(struct jobs_passes *passes);
 void jobs_passes_destroy(struct jobs_passes *passes);
 
+#define JOBS_CREDITS_MAX 64
+
+/* What the results of a token have earned (bars.c). */
+struct jobs_credit {
+    char token[STORE_OWNER_MAX];
+    size_t earned; /* leases at once */
+    double last;   /* by the monotonic clock */
+};
+
 struct jobs_remotes {
     pthread_mutex_t mutex;
     struct jobs_remote_state *list; /* [count] of JOBS_REMOTES_MAX */
     size_t count;
     double lease_seconds; /* from its start on */
+    struct jobs_bar bars[JOBS_BARS_MAX];
+    size_t n_bars;
+    int64_t last_bar; /* its number */
+    struct jobs_credit credits[JOBS_CREDITS_MAX];
+    bool withheld; /* a task, since its token holds as many as it may */
 };
 void jobs_remotes_init(struct jobs_remotes *remotes);
 void jobs_remotes_destroy(struct jobs_remotes *remotes);
-/* The worker has asked for a task. False: it is to get none now. */
-bool jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *remote);
+/* The worker has asked for a task. False: it is to get none now. fresh: it was not known, and so
+   are leases of before a restart that it may hold. */
+bool jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *remote, bool *fresh);
 /* REMOTE_OVER: a lease has ended, and not by what the worker did. */
 enum jobs_remote_event {
     REMOTE_LEASED,
@@ -139,11 +154,26 @@ enum jobs_remote_event {
 /* What became of a lease, of a task of that kind, of that worker. */
 void jobs_remotes_note(struct jobs_remotes *remotes, const char *who, enum jobs_remote_event event,
                        const char *kind);
-/* The worker gets no more tasks. */
-void jobs_remotes_bar(struct jobs_remotes *remotes, const char *who);
+/* The worker gets no more tasks, nor do others on its host with its token. */
+void jobs_remotes_bar(struct jobs_remotes *remotes, const char *who, const char *why);
+/* Whether the worker is barred. */
+bool jobs_remotes_barred(struct jobs_remotes *remotes, const char *who);
+/* Whether a task was withheld since the last call because its token holds as many as it may. */
+bool jobs_remotes_withheld(struct jobs_remotes *remotes);
 /* Whether a worker lives beside that one that may lease tasks of the job, does not lose all that it
    gets, and fits; fits NULL: any. */
 bool jobs_remotes_other(struct jobs_remotes *remotes, const char *who, const char *job,
                         bool (*fits)(const void *user, const char *who), const void *user);
+
+/* Tasks at work. The mutex of the remotes is held, as for all that follows. */
+size_t jobs_remote_leased(const struct jobs_remote_state *state);
+/* The bar that holds for the worker, or NULL. */
+const struct jobs_bar *jobs_bars_find(struct jobs_remotes *remotes,
+                                      const struct jobs_remote *remote);
+void jobs_bars_add(struct jobs_remotes *remotes, const struct jobs_remote *remote, const char *why);
+/* A lease of the worker has ended, with a result or not. */
+void jobs_credit_note(struct jobs_remotes *remotes, const struct jobs_remote *remote, bool result);
+/* Whether its token may hold one more task. */
+bool jobs_credit_allows(struct jobs_remotes *remotes, const struct jobs_remote *remote);
 
 #endif

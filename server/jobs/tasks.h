@@ -114,7 +114,7 @@ struct jobs_remote_state {
     int64_t first_ms, last_ms; /* signs of it, by the clock of the day */
     double last;               /* by the monotonic clock */
     double until;              /* by the same: it lives so long, without a sign */
-    bool barred;               /* a result of it was false: it gets nothing more */
+    bool barred;               /* jobs_remotes: it gets no tasks (bars.c) */
     size_t losses;             /* leases that ended without a result since the last with one */
     double rest_until;         /* by the monotonic clock: it gets nothing before, beside others */
     struct jobs_remote_counts {
@@ -126,6 +126,27 @@ void jobs_remotes(struct jobs *jobs,
                   bool (*visit)(void *user, const struct jobs_remote_state *state), void *user);
 /* Tasks that are leased, and workers that gave a sign of late. */
 void jobs_remotes_count(struct jobs *jobs, size_t *workers, size_t *leased);
+
+/* ---- Who gets nothing (bars.c) --------------------------------------------------------------- */
+
+#define JOBS_BARS_MAX 64
+#define JOBS_BAR_SECONDS 86400.0
+
+/* Workers that get no tasks: those on the host, or on any, that come with the token. */
+struct jobs_bar {
+    int64_t number;                    /* from 1 on, new with each */
+    char worker[JOBS_REMOTE_NAME_MAX]; /* that it was made for */
+    char host[JOBS_REMOTE_NAME_MAX];   /* "": every host */
+    char token[STORE_OWNER_MAX];       /* name, "" without one */
+    bool pilots;                       /* the token is the service's own */
+    char why[200];
+    int64_t since_ms; /* by the clock of the day */
+    double until;     /* by the monotonic clock */
+};
+/* Those that hold, the oldest first; returns how many. */
+size_t jobs_bars(struct jobs *jobs, struct jobs_bar bars[JOBS_BARS_MAX]);
+/* The bar ends now. False: there is no such bar. */
+bool jobs_bars_lift(struct jobs *jobs, int64_t number);
 
 /* ---- Whoever brings workers (demands.c, passes.c) -------------------------------------------- */
 

@@ -5,6 +5,9 @@
  *
  * Then the job fails: what the worker returned before is in its numbers. Asked for again it is
  * computed without that worker.
+ *
+ * What is computed again takes its memory of what the job has left, and a job without room for it
+ * is not refused: the result is then taken as it is, and counted as uncompared.
  */
 #include "jobs/internal.h"
 #include "jobs/rounds.h"
@@ -15,6 +18,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define MEMORY_MAX ((size_t)256 << 20) /* bytes for the computation of one task */
 
 /* Whether this result is one of the share. */
 static bool is_chosen(double share)
@@ -27,6 +32,7 @@ static int compute_again(struct jobs_run *run, const struct jobs_round *what, si
                          const struct tasks_bytes *bytes)
 {
     struct srnf_context context = run->context;
+    struct jobs_memory lent, *before;
     struct tasks_bytes own = {.bytes = NULL};
     struct srnf_error error;
     struct jobs_task task;
@@ -40,8 +46,13 @@ static int compute_again(struct jobs_run *run, const struct jobs_round *what, si
     context.recall = NULL;
     context.keep = NULL;
     context.search = NULL;
+    context.parallel_for = NULL;
+    jobs_memory_lend(run->memory, MEMORY_MAX, &lent);
+    before = jobs_memory_enter(&lent);
     status = what->kind->run(task.inputs.bytes, task.inputs.size, task.contents, task.n_contents,
                              &context, &own, &error);
+    (void)jobs_memory_enter(before);
+    jobs_memory_return(run->memory, &lent);
     jobs_task_clear(&task);
     if (status >= 0) {
         status = own.size == bytes->size && memcmp(own.bytes, bytes->bytes, own.size) == 0;
@@ -52,13 +63,13 @@ static int compute_again(struct jobs_run *run, const struct jobs_round *what, si
     return status;
 }
 
-/* Its leases expire at the next look of their rounds. */
-static void end_leases(struct jobs *jobs, const char *who)
+/* Leases of those that are barred expire at the next look of their rounds. */
+static void end_leases(struct jobs *jobs)
 {
     pthread_mutex_lock(&jobs->rounds.mutex);
     for (struct jobs_open_round *round = jobs->rounds.first; round; round = round->link) {
         for (size_t i = round->first_leased; i != SIZE_MAX; i = round->slots[i].after) {
-            if (strcmp(round->slots[i].who, who) == 0) {
+            if (jobs_remotes_barred(&jobs->remotes, round->slots[i].who)) {
                 round->slots[i].expires = 0.0;
             }
         }
@@ -72,23 +83,33 @@ bool jobs_verify(struct jobs_run *run, const struct jobs_open_round *round, size
     const struct jobs_slot *slot = &round->slots[index];
     const struct jobs_round *what = round->what;
     struct jobs *jobs = run->jobs;
+    char why[160];
+    int same = is_chosen(jobs->config.verify_tasks) ? compute_again(run, what, index, bytes) : 1;
 
-    if (!is_chosen(jobs->config.verify_tasks) || compute_again(run, what, index, bytes) != 0) {
+    if (same == SRNF_ENOMEM) {
+        metrics_add(jobs->config.metrics, METRIC_TASKS,
+                    METRIC_LABELS(what->kind->name, "uncompared"), 1);
+    }
+    if (same != 0) {
         return true;
     }
     LOG_ERROR("result-differs", log_text("job", round->job), log_text("task", slot->row.id),
               log_text("worker", slot->row.worker));
     metrics_add(jobs->config.metrics, METRIC_TASKS, METRIC_LABELS(what->kind->name, "differs"), 1);
     if (slot->who[0]) { /* not where the result came before the daemon was started again */
-        jobs_remotes_bar(&jobs->remotes, slot->who);
-        end_leases(jobs, slot->who);
+        (void)snprintf(why, sizeof why,
+                       "Other bits for a task of %s (%s) than the service computes.", round->job,
+                       what->kind->name);
+        jobs_remotes_bar(&jobs->remotes, slot->who, why);
+        end_leases(jobs);
     }
     result->problem_code = "task-failed";
     (void)snprintf(result->problem_detail, sizeof result->problem_detail,
                    "Worker %s returned other bits for task %zu of %zu (%s) than the service "
                    "computes. %s; ask for the job again.",
                    slot->row.worker, index + 1, what->n, what->kind->name,
-                   slot->who[0] ? "It gets no more tasks"
-                                : "That was before the service was started again: end that worker");
+                   slot->who[0]
+                       ? "Neither it nor others on its host with its token get tasks for a day"
+                       : "That was before the service was started again: end that worker");
     return false;
 }

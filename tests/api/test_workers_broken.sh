@@ -13,7 +13,7 @@
 # Leases as the worker of that name, by hand.
 lease_as() { # NAME [SLOTS [CURL ARGUMENTS..]]
     post_json /v1/leases "$(jq -nc --arg build "$BUILD" --arg name "$1" --argjson slots "${2:-1}" --argjson wait "${WAIT:-20}" \
-        '{worker: $name, host: "here", cpu: "any", slots: $slots, numericBuild: $build, wait: $wait}')" "${@:3}"
+        --arg host "${HOST_OF:-here}" '{worker: $name, host: $host, cpu: "any", slots: $slots, numericBuild: $build, wait: $wait}')" "${@:3}"
     TASK=$(json .task)
     SECRET=$(json .secret)
 }
@@ -140,20 +140,69 @@ result "$SCRATCH/half" "$SECRET"
 is "$STATUS" 204 'a number that could be a distance is taken'
 poll_job "$JOB" 20
 is "$JOB_STATUS $(json .exception.code)" 'failed task-failed' 'but compared, and its job fails'
+LIED=$JOB
 like "$(json .exception.detail)" 'liar returned other bits' 'since whoever made it up made others'
 like "$(cat "$SERVER_LOG")" '"error".*result-differs.*liar' 'which the log says'
 submit "$(jq -c '[.[3], .[2], .[1]]' <<<"$SURFACES")"
 WAIT=1 lease_as liar 2
 is "$STATUS" 204 'it gets nothing more'
+WAIT=1 lease_as honest 2
+is "$STATUS" 204 'nor does it under another name'
+get /v1/workers
+is "$(json '[.bars | length, .[0].bar, .[0].worker, .[0].host, .[0].pilots, ((.[0].until[:10]) > (.[0].since[:10]))] | tojson')" \
+    '[1,1,"liar","here",false,true]' 'an admin sees who is barred, and until when'
+like "$(json '.bars[0].why')" "^Other bits for a task of $LIED \\(pairs\\)" 'and why'
+is "$(json '[.items[] | select(.barred) | .worker] | sort | tojson')" '["honest","liar"]' 'and whom it holds for'
 start_worker --idle-seconds 3
 poll_job "$JOB" 60
 is "$JOB_STATUS" successful 'asked again it is computed by another, whose results are all compared'
+wait_server "$WORKER_PID" 20
+request DELETE /v1/workers/bars/1x
+is_problem 404 no-such-bar 'a bar is a number'
+request DELETE /v1/workers/bars/7
+get /v1/workers
+is "$(json '.bars | length')" 1 'another number lifts nothing'
+request DELETE /v1/workers/bars/1
+is "$STATUS" 204 'a bar can be lifted'
+get /v1/workers
+is "$(json '[(.bars | length), ([.items[] | select(.barred)] | length)] | tojson')" '[0,0]' 'and is gone'
+# False from one host after the other, the token is barred on all.
+for host in one two three; do
+    submit "$(jq -c '[.[3], .[1]]' <<<"$SURFACES")"
+    HOST_OF=$host WAIT=5 lease_as "on-$host"
+    result "$SCRATCH/half" "$SECRET"
+    is "$STATUS" 204 "a false result from host $host is taken"
+    poll_job "$JOB" 20
+    is "$JOB_STATUS" failed 'and found'
+done
+submit "$(jq -c '[.[3], .[1]]' <<<"$SURFACES")"
+HOST_OF=four WAIT=1 lease_as on-four
+is "$STATUS" 204 'who is false on three hosts gets nothing on a fourth'
+get /v1/workers
+is "$(json '[.bars[] | .host // "any"] | tojson')" '["one","two","any"]' 'as is told'
+request DELETE /v1/workers/bars/4
+HOST_OF=four WAIT=1 lease_as on-four
+is "$STATUS" 201 'until the bar is lifted'
+post "/v1/jobs/$JOB/cancel"
+poll_job "$JOB" 20
+stop_server || not_ok 'it drains'
+
+# ---- Comparing takes no memory from a job ------------------------------------------------------------------
+
+start_server "$SCRATCH/data" --workers 2 --executor workers --lease-seconds 5 --verify-tasks 1 --job-memory 8000000 || exit 1
+start_worker --idle-seconds 3
+execute distances "$(jq -c '{surfaces: [.[3], .[2], .[0]], handedness: "ignore", metric: "srm"}' <<<"$SURFACES")" \
+    --header 'Prefer: wait=60'
+is "$STATUS $(json '.matrix | length')" '200 3' 'a job that has no room to compare results does without'
+get /metrics
+like "$(cat "$BODY")" 'srnfd_tasks_total\{kind="pairs",event="uncompared"\} 3' 'which is counted'
 wait_server "$WORKER_PID" 20
 stop_server || not_ok 'it drains'
 
 # ---- Tokens ----------------------------------------------------------------------------------------------
 
 start_server "$SCRATCH/data" --workers 2 --executor workers --lease-seconds 20 --verify-tasks 0 || exit 1
+MANY=$(shapes_between 12 "$(jq -r '.[0]' <<<"$SURFACES")" "$(jq -r '.[1]' <<<"$SURFACES")")
 for name in lab other; do
     "$SRNFD" token add --data "$SCRATCH/data" --name "$name" --role worker 2>/dev/null >"$SCRATCH/$name"
 done
@@ -180,6 +229,47 @@ get "/v1/leases/$TASK/contents/$CONTENT" --header "Lease-Secret: $SECRET" "${MIN
 is "$STATUS" 200 'its own does'
 result "$SCRATCH/half" "$SECRET" "" "${MINE[@]}"
 is "$STATUS" 204 'all of it'
+
+# ---- How many leases a token may hold ---------------------------------------------------------------------
+
+# As NAME with 1,024 slots takes what it gets; prints how many. With "result" it returns one of them.
+grab() { # NAME TOKEN_FILE [result]
+    /usr/bin/python3 - "$URL" "$BUILD" "$1" "$(cat "$2")" "${3:-}" <<'PYTHON'
+import base64, hashlib, http.client, json, sys
+url, build, name, token, then = sys.argv[1:]
+link = http.client.HTTPConnection(url.removeprefix("http://"))
+def ask(method, path, body, headers):
+    link.request(method, path, body, {"Authorization": "Bearer " + token, **headers})
+    answer = link.getresponse()
+    return answer.status, answer.read()
+taken = []
+while True:
+    status, text = ask("POST", "/v1/leases", json.dumps({"worker": name, "host": "h", "cpu": "c", "slots": 1024,
+        "numericBuild": build, "wait": 0}), {"Content-Type": "application/json"})
+    if status != 201:
+        break
+    taken.append(json.loads(text))
+print(len(taken))
+if then:
+    body = b"\0" * 6 + b"\xe0\x3f"
+    status, text = ask("PUT", "/v1/leases/" + taken[0]["task"] + "/result", body, {"Lease-Secret": taken[0]["secret"],
+        "Content-Type": "application/octet-stream", "Worker-Host": "h", "Worker-CPU": "c", "Worker-Build": build,
+        "Content-Digest": "sha-256=:" + base64.b64encode(hashlib.sha256(body).digest()).decode() + ":"})
+    assert status == 204, text
+PYTHON
+}
+
+execute distances "{\"surfaces\":$MANY,\"handedness\":\"ignore\"}" --header 'Prefer: respond-async' --header "Authorization: Bearer $ROOT"
+JOB=$(json .jobID)
+waited=0
+until GRABBED=$(grab greedy "$SCRATCH/lab" result) && [ "$GRABBED" -gt 0 ] || [ "$waited" -gt 100 ]; do
+    sleep 0.1
+    waited=$((waited + 1))
+done
+is "$GRABBED" 34 'a token without results takes no more than 32 of 66 tasks, and two more for the one it had'
+is "$(grab another "$SCRATCH/lab")" 3 'a result lets it have two more, under another name too'
+is "$(grab fair "$SCRATCH/other")" 29 'another token has its own share'
+post "/v1/jobs/$JOB/cancel" --header "Authorization: Bearer $ROOT"
 stop_server || not_ok 'it drains'
 
 done_testing

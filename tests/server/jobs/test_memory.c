@@ -67,6 +67,45 @@ static void accounts_are_exact(void **state)
     srnf_free(NULL);
 }
 
+/* What is lent is no more than there is room for, refuses without telling the account, and comes
+   back whole. */
+static void lent_memory_refuses_nobody_else(void **state)
+{
+    struct jobs_memory memory = {0}, lent;
+    void *own, *block;
+    size_t used;
+
+    (void)state;
+    jobs_memory_begin(&memory, 10000);
+    assert_null(jobs_memory_enter(&memory));
+    own = srnf_alloc(2048, 1);
+    assert_non_null(own);
+    used = memory.used;
+    jobs_memory_lend(&memory, 4096, &lent);
+    assert_int_equal(lent.limit, 4096);
+    jobs_memory_return(&memory, &lent);
+    jobs_memory_lend(&memory, 20000, &lent);
+    assert_int_equal(lent.limit, 10000 - used);
+    assert_false(jobs_memory_fits(&memory, 1));
+    assert_ptr_equal(jobs_memory_enter(&lent), &memory);
+    block = srnf_alloc(4096, 1);
+    assert_non_null(block);
+    assert_null(srnf_alloc(8192, 1));
+    srnf_free(block);
+    assert_ptr_equal(jobs_memory_enter(NULL), &lent);
+    jobs_memory_return(&memory, &lent);
+    assert_int_equal(memory.used, used);
+    assert_int_equal(memory.peak, used);
+    assert_int_equal(memory.refused, 0);
+    srnf_free(own);
+    jobs_memory_begin(&memory, 100);
+    assert_true(jobs_memory_fits(&memory, 100));
+    jobs_memory_lend(&memory, 1, &lent);
+    assert_int_equal(lent.limit, 0);
+    jobs_memory_return(&memory, &lent);
+    jobs_memory_discharge(&memory, 100);
+}
+
 static size_t resident_bytes(void)
 {
     FILE *statm = fopen("/proc/self/statm", "r");
@@ -561,6 +600,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_room_is_no_refusal),
         cmocka_unit_test(accounts_are_exact),
+        cmocka_unit_test(lent_memory_refuses_nobody_else),
         cmocka_unit_test(large_blocks_are_cleared_where_they_are_used),
         cmocka_unit_test(an_account_ends_at_its_limit),
         cmocka_unit_test(other_refusals_are_not_the_limits),
