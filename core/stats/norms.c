@@ -113,7 +113,7 @@ static int find_own(const struct traits *traits, const double *q, const double *
 {
     const struct norms *norms = traits->norms;
     const struct srnf_norm_model *model = norms->model;
-    const struct srnf_grid *grid = srnf_sht_grid(norms->sht);
+    const struct srnf_grid *grid = norms->grid;
     double *scores = srnf_alloc(model->pca->components, sizeof(double));
     struct norms_fold fold = {0};
     double residual;
@@ -233,6 +233,18 @@ static int open_map(struct srnf_score *score, size_t degree, size_t points)
     return score->coefficients ? SRNF_OK : SRNF_ENOMEM;
 }
 
+static int make_map(const struct norms *norms, const double *q,
+                    const struct srnf_norm_options *options, double from, struct srnf_score *score,
+                    struct srnf_error *error)
+{
+    int status = open_map(score, srnf_sht_degree(norms->sht), norms->points);
+
+    return status ? status
+                  : norms_map(norms, q, options,
+                              (struct stats_progress){from, 1.0, "inverting the members"}, score,
+                              error);
+}
+
 static int compute(const struct norms *norms, const double *q,
                    const struct srnf_norm_options *options, struct srnf_score *score,
                    struct srnf_error *error)
@@ -253,16 +265,49 @@ static int compute(const struct norms *norms, const double *q,
             &score->check, error);
     }
     if (status == SRNF_OK && options->map) {
-        status = open_map(score, srnf_sht_degree(norms->sht), norms->points);
-        status =
-            status
-                ? status
-                : norms_map(norms, q, options,
-                            (struct stats_progress){PROGRESS_CHECK, 1.0, "inverting the members"},
-                            score, error);
+        status = make_map(norms, q, options, PROGRESS_CHECK, score, error);
     }
     srnf_free(traits.values);
     return status;
+}
+
+/* What is given, ready to be used; norms_close in any case. */
+static int open_run(const struct srnf_sht *sht, const struct srnf_norm_model *model,
+                    const double *q, const struct srnf_norm_options *options,
+                    const struct srnf_context *context, struct norms *norms,
+                    struct srnf_error *error)
+{
+    int status;
+
+    *norms = (struct norms){.sht = sht,
+                            .grid = model->grid ? model->grid : srnf_sht_grid(sht),
+                            .model = model,
+                            .context = context,
+                            .n = model->pca->n};
+    norms->points = stats_points(norms->grid);
+    status = open_norms(norms, error);
+    return status ? status : check(norms, q, options, error);
+}
+
+/* Ends a run: what it found becomes the result unless it failed. */
+static int close_run(struct norms *norms, const struct srnf_norm_options *options, int status,
+                     struct srnf_score *found, struct srnf_score *score, struct srnf_error *first,
+                     struct srnf_error *error)
+{
+    if (status == SRNF_OK && srnf_is_canceled(norms->context)) {
+        status = SRNF_ECANCELED;
+    }
+    found->n = norms->n;
+    found->subjects = norms->subjects.count;
+    found->compared = norms->subjects.count - (options->member < norms->n);
+    subjects_clear(&norms->subjects);
+    srnf_free(norms->weights);
+    if (status) {
+        srnf_score_clear(found);
+        return stats_fail(error, status, first);
+    }
+    *score = *found;
+    return SRNF_OK;
 }
 
 int srnf_score(const struct srnf_sht *sht, const struct srnf_norm_model *model, const double *q,
@@ -270,30 +315,32 @@ int srnf_score(const struct srnf_sht *sht, const struct srnf_norm_model *model, 
                struct srnf_score *score, struct srnf_error *error)
 {
     struct srnf_norm_options defaults = srnf_norm_options_defaults();
-    struct srnf_score found = {.n = model->pca->n};
+    struct srnf_score found = {0};
     struct srnf_error first = {0};
-    struct norms norms = {.sht = sht,
-                          .model = model,
-                          .context = context,
-                          .n = model->pca->n,
-                          .points = stats_points(srnf_sht_grid(sht))};
+    struct norms norms;
     int status;
 
     options = options ? options : &defaults;
-    status = open_norms(&norms, &first);
-    status = status ? status : check(&norms, q, options, &first);
+    status = open_run(sht, model, q, options, context, &norms, &first);
+    if (status == SRNF_OK && options->map && model->grid && model->grid != srnf_sht_grid(sht)) {
+        status = srnf_fail(&first, SRNF_EINVAL, -1, "stacked fields have no map");
+    }
     status = status ? status : compute(&norms, q, options, &found, &first);
-    if (status == SRNF_OK && srnf_is_canceled(context)) {
-        status = SRNF_ECANCELED;
-    }
-    found.subjects = norms.subjects.count;
-    found.compared = norms.subjects.count - (options->member < norms.n);
-    subjects_clear(&norms.subjects);
-    srnf_free(norms.weights);
-    if (status) {
-        srnf_score_clear(&found);
-        return stats_fail(error, status, &first);
-    }
-    *score = found;
-    return SRNF_OK;
+    return close_run(&norms, options, status, &found, score, &first, error);
+}
+
+int srnf_norm_map(const struct srnf_sht *sht, const struct srnf_norm_model *model, const double *q,
+                  const struct srnf_norm_options *options, const struct srnf_context *context,
+                  struct srnf_score *score, struct srnf_error *error)
+{
+    struct srnf_norm_options defaults = srnf_norm_options_defaults();
+    struct srnf_score found = {0};
+    struct srnf_error first = {0};
+    struct norms norms;
+    int status;
+
+    options = options ? options : &defaults;
+    status = open_run(sht, model, q, options, context, &norms, &first);
+    status = status ? status : make_map(&norms, q, options, 0.0, &found, &first);
+    return close_run(&norms, options, status, &found, score, &first, error);
 }

@@ -13,6 +13,7 @@
 
 struct norms {
     const struct srnf_sht *sht;
+    const struct srnf_grid *grid; /* of fields */
     const struct srnf_norm_model *model;
     const struct srnf_context *context;
     struct subjects subjects;

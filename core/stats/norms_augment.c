@@ -55,7 +55,7 @@ static int open_augmented(struct augmented *a, const struct norms *norms, const 
         a->given[i] = norms->subjects.members[norms->subjects.start[norms->subjects.of[i]]];
     }
     last = a->pca.scores + n * (k + 1);
-    srnf_pca_project(srnf_sht_grid(norms->sht), model->pca, model->mean_q, q, last, last + k);
+    srnf_pca_project(norms->grid, model->pca, model->mean_q, q, last, last + k);
     a->given[n] = n;
     for (size_t c = 0; c < model->columns; c++) {
         for (size_t i = 0; i <= n; i++) {

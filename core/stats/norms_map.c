@@ -106,7 +106,7 @@ static int embed_body(void *argument, size_t i, const struct srnf_context *conte
     if (memory && workspace) {
         coefficients = i < norms->n ? memory + 2 * size : map->coefficients;
         if (i < norms->n) {
-            srnf_pca_reconstruct(srnf_sht_grid(norms->sht), norms->model->pca, norms->model->mean_q,
+            srnf_pca_reconstruct(norms->grid, norms->model->pca, norms->model->mean_q,
                                  norms->model->pca->scores + i * norms->model->pca->components,
                                  memory);
         }

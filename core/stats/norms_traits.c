@@ -134,9 +134,8 @@ int norms_describe(const struct norms *norms, const struct norms_fold *fold, siz
                    size_t count, const struct norms_target *targets, size_t stride, double *values)
 {
     size_t k = norms->model->pca->components;
-    double noise =
-        RESIDUAL_ROUNDING * sqrt(srnf_inner_product(srnf_sht_grid(norms->sht), norms->model->mean_q,
-                                                    norms->model->mean_q));
+    double noise = RESIDUAL_ROUNDING * sqrt(srnf_inner_product(norms->grid, norms->model->mean_q,
+                                                               norms->model->mean_q));
     double *memory = srnf_alloc(k * k + 2 * k + norms->n + fold->p, sizeof(double));
     double *mu = memory ? memory + k * k : NULL;
     double *e = memory ? mu + k : NULL;

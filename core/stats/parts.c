@@ -1,11 +1,9 @@
 /*
  * parts.c - principal components of subjects that consist of several structures.
  *
- * A subject is the vector of the SRNFs of its parts, with the inner product sum_p w_p <a_p, b_p> of
- * L2. Such vectors are fields on a grid that has the rows of all parts one below another, with the
- * weights of the quadrature times w_p; and its positions, if they are asked for, are the first
- * nodes of one more row, of a weight of its own. So srnf_pca_fit does all of it, and of one part of
- * weight 1 with the same operations on the same numbers.
+ * A subject is the vector of the SRNFs of its parts, and of its positions, if they are asked for: a
+ * stacked field (stack.c). So srnf_pca_fit does all of it, and of one part of weight 1 with the
+ * same operations on the same numbers.
  *
  * A mode m of the stack is orthonormal in the weighted product: sum_p w_p ||m_p||^2 + w |x|^2 = 1.
  * These terms are the shares of the parts in it: what part of the component's variance is theirs.
@@ -17,196 +15,144 @@
 #include <math.h>
 #include <string.h>
 
-struct stack {
-    const struct srnf_grid *own;
-    struct srnf_grid grid;      /* of all rows */
-    double *weight;             /* [n_theta] of it */
-    size_t parts, points, size; /* points: of a part; size: numbers of a stacked field */
-    double *mean, *q;           /* [size], [n][size] */
+/* Fields of all subjects, stacked. */
+struct fields {
+    struct srnf_stack stack;
+    size_t size;      /* numbers of one */
+    double *mean, *q; /* [size], [n][size] */
 };
 
-static int check(const struct srnf_grid *grid, size_t n, size_t n_parts,
-                 const struct srnf_part *parts, const double *positions, double position_weight)
+static int check(size_t n, size_t n_parts, const double *positions, double position_weight)
 {
-    if (n < 2 || n_parts < 1 || n_parts > SRNF_PARTS_MAX || (positions && n_parts > grid->n_phi)) {
+    if (n < 2 || n_parts < 1 || n_parts > SRNF_PARTS_MAX ||
+        (positions && !(position_weight > 0.0))) {
         return SRNF_EINVAL;
-    }
-    for (size_t p = 0; p < n_parts; p++) {
-        if (!(parts[p].weight > 0.0) || !isfinite(parts[p].weight)) {
-            return SRNF_EINVAL;
-        }
     }
     for (size_t i = 0; positions && i < 3 * n * n_parts; i++) {
         if (!isfinite(positions[i])) {
             return SRNF_EINVAL;
         }
     }
-    return positions && (!(position_weight > 0.0) || !isfinite(position_weight)) ? SRNF_EINVAL
-                                                                                 : SRNF_OK;
-}
-
-/* Where row `row` of part p and coordinate c begins. The row after all parts is that of the
-   positions. */
-static size_t row_at(const struct stack *s, size_t c, size_t p, size_t row)
-{
-    return (c * s->grid.n_theta + p * s->own->n_theta + row) * s->grid.n_phi;
-}
-
-static void put_field(const struct stack *s, size_t p, const double *field, double *out)
-{
-    for (size_t c = 0; c < 3; c++) {
-        memcpy(out + row_at(s, c, p, 0), field + c * s->points, s->points * sizeof(double));
-    }
-}
-
-static void take_field(const struct stack *s, size_t p, const double *stacked, double *out)
-{
-    for (size_t c = 0; c < 3; c++) {
-        memcpy(out + c * s->points, stacked + row_at(s, c, p, 0), s->points * sizeof(double));
-    }
-}
-
-static void put_positions(const struct stack *s, const double *positions, double *out)
-{
-    for (size_t i = 0; i < 3 * s->parts; i++) {
-        out[row_at(s, i % 3, s->parts, 0) + i / 3] = positions[i];
-    }
-}
-
-static void take_positions(const struct stack *s, const double *stacked, double *positions)
-{
-    for (size_t i = 0; i < 3 * s->parts; i++) {
-        positions[i] = stacked[row_at(s, i % 3, s->parts, 0) + i / 3];
-    }
+    return SRNF_OK;
 }
 
 /* The mean of the subjects' positions, in their order. */
-static void average_positions(const struct stack *s, size_t n, const double *positions)
+static void average_positions(struct fields *f, size_t n, const double *positions)
 {
+    size_t count = 3 * f->stack.parts;
     double mean[3 * SRNF_PARTS_MAX] = {0.0};
 
     for (size_t i = 0; i < n; i++) {
-        for (size_t k = 0; k < 3 * s->parts; k++) {
-            mean[k] += positions[3 * s->parts * i + k] / (double)n;
+        for (size_t k = 0; k < count; k++) {
+            mean[k] += positions[count * i + k] / (double)n;
         }
     }
-    put_positions(s, mean, s->mean);
+    srnf_stack_put_positions(&f->stack, mean, f->mean);
 }
 
-static void stack_clear(struct stack *s)
+static void fields_clear(struct fields *f)
 {
-    srnf_free(s->weight);
-    srnf_free(s->mean);
-    srnf_free(s->q);
+    srnf_stack_clear(&f->stack);
+    srnf_free(f->mean);
+    srnf_free(f->q);
 }
 
-static int stack_create(const struct srnf_grid *grid, size_t n, size_t n_parts,
-                        const struct srnf_part *parts, const double *positions,
-                        double position_weight, struct stack *s)
+static int fields_create(const struct srnf_grid *grid, size_t n, size_t n_parts,
+                         const struct srnf_part *parts, const double *positions,
+                         double position_weight, struct fields *f)
 {
-    size_t rows = n_parts * grid->n_theta + (positions ? 1 : 0);
+    size_t own = 3 * stats_points(grid);
+    double weights[SRNF_PARTS_MAX];
+    int status = check(n, n_parts, positions, position_weight);
 
-    *s = (struct stack){.own = grid, .grid = *grid, .parts = n_parts, .points = stats_points(grid)};
-    s->grid.n_theta = rows;
-    s->size = 3 * rows * grid->n_phi;
-    s->weight = srnf_alloc(rows, sizeof(double));
-    s->mean = srnf_alloc(s->size, sizeof(double));
-    s->q = srnf_alloc(n, s->size * sizeof(double));
-    if (!s->weight || !s->mean || !s->q) {
+    *f = (struct fields){.size = 0};
+    for (size_t p = 0; p < n_parts && status == SRNF_OK; p++) {
+        weights[p] = parts[p].weight;
+    }
+    status = status ? status
+                    : srnf_stack_open(grid, n_parts, weights, positions ? position_weight : 0.0,
+                                      &f->stack);
+    if (status) {
+        return status;
+    }
+    f->size = 3 * stats_points(&f->stack.grid);
+    f->mean = srnf_alloc(f->size, sizeof(double));
+    f->q = srnf_alloc(n, f->size * sizeof(double));
+    if (!f->mean || !f->q) {
         return SRNF_ENOMEM;
     }
-    s->grid.weight = s->weight;
     for (size_t p = 0; p < n_parts; p++) {
-        for (size_t row = 0; row < grid->n_theta; row++) {
-            s->weight[p * grid->n_theta + row] = parts[p].weight * grid->weight[row];
-        }
-        put_field(s, p, parts[p].mean_q, s->mean);
+        srnf_stack_put(&f->stack, p, parts[p].mean_q, f->mean);
         for (size_t i = 0; i < n; i++) {
-            put_field(s, p, parts[p].registered_q + i * 3 * s->points, s->q + i * s->size);
+            srnf_stack_put(&f->stack, p, parts[p].registered_q + i * own, f->q + i * f->size);
         }
     }
     if (positions) {
-        s->weight[rows - 1] = position_weight;
-        average_positions(s, n, positions);
+        average_positions(f, n, positions);
         for (size_t i = 0; i < n; i++) {
-            put_positions(s, positions + 3 * n_parts * i, s->q + i * s->size);
+            srnf_stack_put_positions(&f->stack, positions + 3 * n_parts * i, f->q + i * f->size);
         }
     }
     return SRNF_OK;
 }
 
-/* The weighted squares of what a stacked field has in the rows of part p; mean, or NULL, is
-   subtracted. p = parts: of the positions. */
-static double square_of_part(const struct stack *s, size_t p, const double *stacked,
-                             const double *mean)
-{
-    size_t rows = p < s->parts ? s->own->n_theta : 1;
-    double sum = 0.0;
-
-    for (size_t c = 0; c < 3; c++) {
-        for (size_t row = 0; row < rows; row++) {
-            size_t at = row_at(s, c, p, row);
-            double weight = s->weight[p * s->own->n_theta + row];
-
-            for (size_t k = at; k < at + s->grid.n_phi; k++) {
-                double d = stacked[k] - (mean ? mean[k] : 0.0);
-
-                sum += weight * d * d;
-            }
-        }
-    }
-    return sum;
-}
-
-static double variance_of_part(const struct stack *s, size_t n, size_t p)
+/* Mean square of part p, or of the positions, about the mean, with n - 1. scratch: [size]. */
+static double variance_of_part(const struct fields *f, size_t n, size_t p, double *scratch)
 {
     double sum = 0.0;
 
     for (size_t i = 0; i < n; i++) {
-        sum += square_of_part(s, p, s->q + i * s->size, s->mean) / (double)(n - 1);
+        for (size_t k = 0; k < f->size; k++) {
+            scratch[k] = f->q[i * f->size + k] - f->mean[k];
+        }
+        sum += srnf_stack_product(&f->stack, p, scratch, scratch) / (double)(n - 1);
     }
     return sum;
 }
 
 /* What pca found of the stack, part by part. Takes over its numbers. */
-static int take_apart(const struct stack *s, size_t n, bool positions, struct srnf_pca *pca,
+static int take_apart(const struct fields *f, size_t n, struct srnf_pca *pca,
                       struct srnf_joint_pca *joint)
 {
-    size_t count = pca->components;
+    const struct srnf_stack *stack = &f->stack;
+    size_t count = pca->components, parts = stack->parts, own = 3 * stats_points(stack->own);
+    double *scratch = srnf_alloc(f->size, sizeof(double));
 
     *joint = (struct srnf_joint_pca){.n = n,
-                                     .parts = s->parts,
+                                     .parts = parts,
                                      .components = count,
                                      .eigenvalues = pca->eigenvalues,
                                      .explained = pca->explained,
                                      .total_variance = pca->total_variance,
                                      .scores = pca->scores};
     pca->eigenvalues = pca->explained = pca->scores = NULL;
-    joint->part_variances = srnf_alloc(s->parts, sizeof(double));
-    joint->shares = srnf_alloc(count * (s->parts + 1), sizeof(double));
-    joint->modes = srnf_alloc(count * s->parts, 3 * s->points * sizeof(double));
-    joint->positions = positions ? srnf_alloc(count * s->parts, 3 * sizeof(double)) : NULL;
-    if (!joint->part_variances || !joint->shares || !joint->modes ||
-        (positions && !joint->positions)) {
+    joint->part_variances = srnf_alloc(parts, sizeof(double));
+    joint->shares = srnf_alloc(count * (parts + 1), sizeof(double));
+    joint->modes = srnf_alloc(count * parts, own * sizeof(double));
+    joint->positions = stack->positions ? srnf_alloc(count * parts, 3 * sizeof(double)) : NULL;
+    if (!scratch || !joint->part_variances || !joint->shares || !joint->modes ||
+        (stack->positions && !joint->positions)) {
+        srnf_free(scratch);
         return SRNF_ENOMEM;
     }
-    for (size_t p = 0; p < s->parts; p++) {
-        joint->part_variances[p] = variance_of_part(s, n, p);
+    for (size_t p = 0; p < parts; p++) {
+        joint->part_variances[p] = variance_of_part(f, n, p, scratch);
     }
-    joint->position_variance = positions ? variance_of_part(s, n, s->parts) : 0.0;
+    joint->position_variance = stack->positions ? variance_of_part(f, n, parts, scratch) : 0.0;
     for (size_t k = 0; k < count; k++) {
-        const double *mode = pca->modes + k * s->size;
+        const double *mode = pca->modes + k * f->size;
 
-        for (size_t p = 0; p < s->parts + (positions ? 1 : 0); p++) {
-            joint->shares[k * (s->parts + 1) + p] = square_of_part(s, p, mode, NULL);
+        for (size_t p = 0; p <= parts; p++) {
+            joint->shares[k * (parts + 1) + p] = srnf_stack_product(stack, p, mode, mode);
         }
-        for (size_t p = 0; p < s->parts; p++) {
-            take_field(s, p, mode, joint->modes + (k * s->parts + p) * 3 * s->points);
+        for (size_t p = 0; p < parts; p++) {
+            srnf_stack_take(stack, p, mode, joint->modes + (k * parts + p) * own);
         }
-        if (positions) {
-            take_positions(s, mode, joint->positions + k * s->parts * 3);
+        if (stack->positions) {
+            srnf_stack_take_positions(stack, mode, joint->positions + k * parts * 3);
         }
     }
+    srnf_free(scratch);
     return SRNF_OK;
 }
 
@@ -228,23 +174,19 @@ int srnf_joint_pca_fit(const struct srnf_grid *grid, size_t n, size_t n_parts,
                        const struct srnf_context *context, struct srnf_joint_pca *joint)
 {
     struct srnf_pca pca = {0};
-    struct stack stack = {.own = grid};
-    int status = check(grid, n, n_parts, parts, positions, position_weight);
+    struct fields fields;
+    int status = fields_create(grid, n, n_parts, parts, positions, position_weight, &fields);
 
     *joint = (struct srnf_joint_pca){0};
-    if (status) {
-        return status;
-    }
-    status = stack_create(grid, n, n_parts, parts, positions, position_weight, &stack);
     if (status == SRNF_OK) {
-        status =
-            srnf_pca_fit_within(&stack.grid, n, stack.mean, stack.q, max_components, context, &pca);
+        status = srnf_pca_fit_within(&fields.stack.grid, n, fields.mean, fields.q, max_components,
+                                     context, &pca);
     }
     if (status == SRNF_OK) {
-        status = take_apart(&stack, n, positions != NULL, &pca, joint);
+        status = take_apart(&fields, n, &pca, joint);
     }
     srnf_pca_clear(&pca);
-    stack_clear(&stack);
+    fields_clear(&fields);
     if (status) {
         srnf_joint_pca_clear(joint);
     }
@@ -265,4 +207,77 @@ void srnf_joint_pca_reconstruct(const struct srnf_grid *grid, const struct srnf_
             q[m] += scores[k] * mode[m];
         }
     }
+}
+
+/* ---- To be kept ------------------------------------------------------------------------------ */
+
+void srnf_joint_model_clear(struct srnf_joint_model *model)
+{
+    srnf_free(model->mean_q);
+    srnf_free(model->modes);
+    srnf_free(model->residuals);
+    srnf_calibration_clear(&model->calibration);
+    *model = (struct srnf_joint_model){0};
+}
+
+/* Residuals and distances of the subjects, and what each has when it is left out. */
+static int judge_subjects(const struct fields *f, const struct srnf_pca *pca,
+                          const struct srnf_context *context, struct srnf_joint_model *model)
+{
+    const struct srnf_grid *grid = &f->stack.grid;
+    int status = srnf_pca_residuals(grid, pca, f->mean, pca->n, f->q, model->residuals);
+
+    for (size_t i = 0; i < pca->n; i++) {
+        model->distances[i] = sqrt(stats_distance2(grid, f->q + i * f->size, f->mean));
+    }
+    if (status == SRNF_OK && pca->n >= SRNF_JOINT_CALIBRATED_MIN) {
+        status = srnf_calibrate(grid, pca, f->mean, f->q, NULL, context, &model->calibration);
+    }
+    return status;
+}
+
+int srnf_joint_model_make(const struct srnf_grid *grid, const struct srnf_joint_pca *joint,
+                          const struct srnf_part *parts, const double *positions,
+                          double position_weight, const struct srnf_context *context,
+                          struct srnf_joint_model *model)
+{
+    struct srnf_pca pca = {.n = joint->n,
+                           .components = joint->components,
+                           .eigenvalues = joint->eigenvalues,
+                           .explained = joint->explained,
+                           .total_variance = joint->total_variance,
+                           .scores = joint->scores};
+    size_t own = 3 * stats_points(grid);
+    struct fields f;
+    int status = fields_create(grid, joint->n, joint->parts, parts, positions, position_weight, &f);
+
+    *model = (struct srnf_joint_model){.n_theta = f.stack.grid.n_theta};
+    if (status == SRNF_OK) {
+        model->modes = srnf_alloc(joint->components, f.size * sizeof(double));
+        model->residuals = srnf_alloc(2 * joint->n, sizeof(double));
+        model->distances = model->residuals ? model->residuals + joint->n : NULL;
+        status = model->modes && model->residuals ? SRNF_OK : SRNF_ENOMEM;
+    }
+    for (size_t k = 0; k < joint->components && status == SRNF_OK; k++) {
+        double *mode = model->modes + k * f.size;
+
+        for (size_t p = 0; p < joint->parts; p++) {
+            srnf_stack_put(&f.stack, p, joint->modes + (k * joint->parts + p) * own, mode);
+        }
+        if (joint->positions) {
+            srnf_stack_put_positions(&f.stack, joint->positions + 3 * k * joint->parts, mode);
+        }
+    }
+    if (status == SRNF_OK) {
+        pca.modes = model->modes;
+        status = judge_subjects(&f, &pca, context, model);
+    }
+    if (status == SRNF_OK) {
+        model->mean_q = f.mean;
+        f.mean = NULL;
+    } else {
+        srnf_joint_model_clear(model);
+    }
+    fields_clear(&f);
+    return status;
 }

@@ -61,6 +61,8 @@ SRNF_CHECKED int srnf_norm_uniform(size_t n, const double *percentiles, double *
 #define SRNF_NORM_CHECKS 3 /* residual, Mahalanobis and both together */
 
 struct srnf_norm_model {
+    const struct srnf_grid *grid; /* of fields; NULL: that of the transform. Another one, as that of
+                                     a stack of parts, has no map */
     const struct srnf_pca *pca;
     const double *mean;                         /* [3][(L+1)^2] the mean surface */
     const double *mean_q;                       /* [3][n_theta][n_phi] */
@@ -129,6 +131,17 @@ SRNF_CHECKED int srnf_score(const struct srnf_sht *sht, const struct srnf_norm_m
                             const double *q, const struct srnf_norm_options *options,
                             const struct srnf_context *context, struct srnf_score *score,
                             struct srnf_error *error);
+
+/*
+ * The map alone, with n, subjects and compared: of a part of a model of several structures, whose
+ * modes are what those of the model have of it.
+ *   score  [out] freed with srnf_score_clear; untouched on error
+ * Errors: as srnf_score.
+ */
+SRNF_CHECKED int srnf_norm_map(const struct srnf_sht *sht, const struct srnf_norm_model *model,
+                               const double *q, const struct srnf_norm_options *options,
+                               const struct srnf_context *context, struct srnf_score *score,
+                               struct srnf_error *error);
 
 #pragma GCC visibility pop
 #ifdef __cplusplus

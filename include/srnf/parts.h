@@ -7,6 +7,7 @@
 #define SRNF_PUBLIC_PARTS_H
 
 #include "srnf/stats.h"
+#include "srnf/typicality.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -68,6 +69,70 @@ SRNF_CHECKED int srnf_joint_pca_fit(const struct srnf_grid *grid, size_t n, size
 void srnf_joint_pca_reconstruct(const struct srnf_grid *grid, const struct srnf_joint_pca *joint,
                                 const struct srnf_part *parts, const double *scores, size_t part,
                                 double *q);
+
+/* ---- Stacked fields -------------------------------------------------------------------------- */
+
+/* Several fields as one (core/stats/stack.c): a field [3][grid.n_theta][grid.n_phi] on a grid with
+   the rows of all parts, whose products are those of subjects. Of grid nothing but its sizes and
+   its weight means anything. */
+struct srnf_stack {
+    const struct srnf_grid *own; /* of each part; borrowed */
+    struct srnf_grid grid;
+    size_t parts;
+    bool positions;
+    double *weight; /* of grid, owned */
+};
+
+/*
+ *   weights          [in]  [n_parts] above 0
+ *   position_weight  [in]  above 0, or 0: without positions
+ *   stack            [out] to be cleared by srnf_stack_clear in any case
+ * Errors: SRNF_EINVAL (counts, a weight), SRNF_ENOMEM.
+ */
+SRNF_CHECKED int srnf_stack_open(const struct srnf_grid *own, size_t n_parts, const double *weights,
+                                 double position_weight, struct srnf_stack *stack);
+void srnf_stack_clear(struct srnf_stack *stack);
+
+/* field: [3][own.n_theta][own.n_phi]; positions: [parts][3], of a stack that has them. What stacked
+   holds beside the part stays. */
+void srnf_stack_put(const struct srnf_stack *stack, size_t part, const double *field,
+                    double *stacked);
+void srnf_stack_take(const struct srnf_stack *stack, size_t part, const double *stacked,
+                     double *field);
+void srnf_stack_put_positions(const struct srnf_stack *stack, const double *positions,
+                              double *stacked);
+void srnf_stack_take_positions(const struct srnf_stack *stack, const double *stacked,
+                               double *positions);
+/* The weighted product of what two stacked fields have in a part, or, part being parts, of their
+   positions. These add up to srnf_inner_product on grid. */
+double srnf_stack_product(const struct srnf_stack *stack, size_t part, const double *a,
+                          const double *b);
+
+/* ---- To be kept ------------------------------------------------------------------------------ */
+
+#define SRNF_JOINT_CALIBRATED_MIN ((size_t)3) /* subjects */
+
+/* Joint components as stacked fields, for a stack of the same weights, with what they say of the
+   subjects that they are made of. */
+struct srnf_joint_model {
+    size_t n_theta;                      /* rows of a stacked field; n_phi is that of the parts */
+    double *mean_q;                      /* [3][n_theta][n_phi] */
+    double *modes;                       /* [components][3][n_theta][n_phi] */
+    double *residuals, *distances;       /* [n] of the subjects; one allocation */
+    struct srnf_calibration calibration; /* n 0 below SRNF_JOINT_CALIBRATED_MIN subjects */
+};
+void srnf_joint_model_clear(struct srnf_joint_model *model);
+/*
+ * Of what srnf_joint_pca_fit made of the same parts and positions.
+ *   context  [in]  as for srnf_calibrate
+ *   model    [out] freed with srnf_joint_model_clear; empty on error
+ * Errors: as srnf_joint_pca_fit and srnf_calibrate.
+ */
+SRNF_CHECKED int srnf_joint_model_make(const struct srnf_grid *grid,
+                                       const struct srnf_joint_pca *joint,
+                                       const struct srnf_part *parts, const double *positions,
+                                       double position_weight, const struct srnf_context *context,
+                                       struct srnf_joint_model *model);
 
 #pragma GCC visibility pop
 #ifdef __cplusplus

@@ -161,6 +161,35 @@ static void surface_and_members_are_treated_alike(void **state)
 }
 
 /* Without covariates the deviations from a prediction are those of the calibration. */
+/* Fields that are a stack of one part are judged as they are without it; they have no map. */
+static void a_stack_of_one_part_is_judged_alike(void **state)
+{
+    const double weight = 1.0, age = 0.0;
+    struct normals a;
+    struct srnf_norm_model model;
+    struct srnf_score plain, stacked;
+    struct srnf_stack stack;
+
+    (void)state;
+    normals_open(&a, N, 0.004, 1);
+    normals_fit(&a, NULL);
+    model = normals_model(&a, false);
+    assert_int_equal(score(&a, &model, a.q, age, false, true, &plain), SRNF_OK);
+    assert_int_equal(srnf_stack_open(srnf_sht_grid(a.g.sht), 1, &weight, 0.0, &stack), SRNF_OK);
+    model.grid = &stack.grid;
+    assert_int_equal(score(&a, &model, a.q, age, false, true, &stacked), SRNF_OK);
+    for (size_t t = 0; t < SRNF_NORM_TRAITS; t++) {
+        assert_true(plain.trait[t].value == stacked.trait[t].value);
+        assert_true(plain.trait[t].percentile == stacked.trait[t].percentile);
+    }
+    assert_true(plain.check.p_value[0] == stacked.check.p_value[0]);
+    srnf_score_clear(&stacked);
+    assert_int_equal(score(&a, &model, a.q, age, true, false, &stacked), SRNF_EINVAL);
+    srnf_score_clear(&plain);
+    srnf_stack_clear(&stack);
+    normals_close(&a);
+}
+
 static void predictions_by_the_mean_are_the_calibration(void **state)
 {
     struct normals a;
@@ -566,6 +595,7 @@ int main(void)
         cmocka_unit_test(ranks_count_subjects),
         cmocka_unit_test(ranks_together_are_uniform),
         cmocka_unit_test(uniformity_has_its_p),
+        cmocka_unit_test(a_stack_of_one_part_is_judged_alike),
         cmocka_unit_test(predictions_by_the_mean_are_the_calibration),
         cmocka_unit_test(covariates_predict),
         cmocka_unit_test(others_have_uniform_percentiles),

@@ -327,6 +327,101 @@ static void positions_count(void **state)
     fields_close(&f);
 }
 
+/* A stack with positions: what was put in comes out, and products are those of the parts. */
+static void stacks_hold_parts(void **state)
+{
+    const double weights[2] = {1.0, 3.0}, places[6] = {1.0, 2.0, 3.0, -1.0, -2.0, -4.0};
+    struct srnf_stack stack;
+    struct two t;
+    double *a, *b, *field, back[6], sum, direct;
+    (void)state;
+
+    two_open(&t);
+    assert_int_equal(srnf_stack_open(t.f[0].s.grid, 2, weights, 0.5, &stack), SRNF_OK);
+    a = shapes_doubles(3 * stack.grid.n_theta * stack.grid.n_phi);
+    b = shapes_doubles(3 * stack.grid.n_theta * stack.grid.n_phi);
+    field = shapes_doubles(t.f[0].size);
+    for (size_t p = 0; p < 2; p++) {
+        srnf_stack_put(&stack, p, t.f[p].q, a);
+        srnf_stack_put(&stack, p, t.f[p].mean, b);
+    }
+    srnf_stack_put_positions(&stack, places, a);
+    srnf_stack_put_positions(&stack, places, b);
+    direct = srnf_inner_product(t.f[0].s.grid, t.f[0].q, t.f[0].mean) +
+             3.0 * srnf_inner_product(t.f[1].s.grid, t.f[1].q, t.f[1].mean) + 0.5 * 35.0;
+    sum = srnf_stack_product(&stack, 0, a, b) + srnf_stack_product(&stack, 1, a, b) +
+          srnf_stack_product(&stack, 2, a, b);
+    assert_true(fabs(srnf_stack_product(&stack, 2, a, b) - 17.5) < 1e-12);
+    assert_true(fabs(sum - direct) < 1e-12 * fabs(direct));
+    assert_true(fabs(srnf_inner_product(&stack.grid, a, b) - direct) < 1e-12 * fabs(direct));
+    for (size_t p = 0; p < 2; p++) {
+        srnf_stack_take(&stack, p, a, field);
+        assert_memory_equal(field, t.f[p].q, t.f[p].size * sizeof(double));
+    }
+    srnf_stack_take_positions(&stack, a, back);
+    assert_memory_equal(back, places, sizeof places);
+    srnf_stack_clear(&stack);
+    srnf_free(a);
+    srnf_free(b);
+    srnf_free(field);
+    two_close(&t);
+}
+
+/* Kept, one part of weight 1 is the model that pca keeps, to the last bit; two are judged by their
+   stacked fields. */
+static void kept_models_judge_their_subjects(void **state)
+{
+    const struct srnf_grid *grid;
+    struct srnf_joint_pca joint;
+    struct srnf_joint_model kept;
+    struct srnf_calibration calibration;
+    struct srnf_pca pca;
+    struct two t;
+    double residuals[SUBJECTS], own;
+    (void)state;
+
+    two_open(&t);
+    grid = t.f[0].s.grid;
+    assert_int_equal(srnf_pca_fit(grid, SUBJECTS, t.f[0].mean, t.f[0].q, 5, &pca), SRNF_OK);
+    assert_int_equal(srnf_pca_residuals(grid, &pca, t.f[0].mean, SUBJECTS, t.f[0].q, residuals),
+                     SRNF_OK);
+    assert_int_equal(srnf_calibrate(grid, &pca, t.f[0].mean, t.f[0].q, NULL, NULL, &calibration),
+                     SRNF_OK);
+    assert_int_equal(srnf_joint_pca_fit(grid, SUBJECTS, 1, t.parts, NULL, 0.0, 5, NULL, &joint),
+                     SRNF_OK);
+    assert_int_equal(srnf_joint_model_make(grid, &joint, t.parts, NULL, 0.0, NULL, &kept), SRNF_OK);
+    assert_int_equal(kept.n_theta, grid->n_theta);
+    assert_memory_equal(kept.mean_q, t.f[0].mean, t.f[0].size * sizeof(double));
+    assert_memory_equal(kept.modes, pca.modes, 5 * t.f[0].size * sizeof(double));
+    assert_memory_equal(kept.residuals, residuals, sizeof residuals);
+    assert_int_equal(kept.calibration.n, SUBJECTS);
+    assert_memory_equal(kept.calibration.values, calibration.values,
+                        SRNF_CALIBRATION_TRAITS * SUBJECTS * sizeof(double));
+    srnf_joint_model_clear(&kept);
+    srnf_joint_pca_clear(&joint);
+    srnf_calibration_clear(&calibration);
+    srnf_pca_clear(&pca);
+
+    t.parts[1].weight = 2.0;
+    assert_int_equal(srnf_joint_pca_fit(grid, SUBJECTS, 2, t.parts, NULL, 0.0, 3, NULL, &joint),
+                     SRNF_OK);
+    assert_int_equal(srnf_joint_model_make(grid, &joint, t.parts, NULL, 0.0, NULL, &kept), SRNF_OK);
+    assert_int_equal(kept.n_theta, 2 * grid->n_theta);
+    for (size_t i = 0; i < SUBJECTS; i++) {
+        double square = 0.0;
+
+        for (size_t k = 0; k < 3; k++) {
+            square += joint.scores[3 * i + k] * joint.scores[3 * i + k];
+        }
+        own = kept.distances[i] * kept.distances[i] - square;
+        assert_true(fabs(own - kept.residuals[i] * kept.residuals[i]) < 1e-12);
+        assert_true(kept.residuals[i] > 0.01);
+    }
+    srnf_joint_model_clear(&kept);
+    srnf_joint_pca_clear(&joint);
+    two_close(&t);
+}
+
 static void refuses_nonsense(void **state)
 {
     double positions[6 * SUBJECTS] = {0.0};
@@ -387,6 +482,8 @@ int main(void)
         cmocka_unit_test(scores_give_the_fields_back),
         cmocka_unit_test(weights_scale_as_stated),
         cmocka_unit_test(positions_count),
+        cmocka_unit_test(stacks_hold_parts),
+        cmocka_unit_test(kept_models_judge_their_subjects),
         cmocka_unit_test(refuses_nonsense),
         cmocka_unit_test(survives_refusals),
     };
