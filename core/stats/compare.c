@@ -80,6 +80,7 @@ struct compare_run {
     struct compare_design design;
     struct exchange exchange;
     struct stats_embedding embedding;
+    const double *const *near; /* [n] surfaces to search from, or NULL */
     double *q;          /* [n][3][P] residual SRNFs times the roots of the weights */
     double *vectors;    /* [n][3][P] residual displacements */
     double *gram;       /* [n][n] of q */
@@ -459,7 +460,7 @@ static int compute(struct compare_run *run, const double *mean, const double *re
     status = status ? status : stats_embedding_create(run->sht, mean, &run->embedding);
     if (status == SRNF_OK) {
         status = stats_embed_fields(
-            &run->embedding, mean, run->n, registered_q, context,
+            &run->embedding, mean, run->near, run->n, registered_q, context,
             (struct stats_progress){0.0, PROGRESS_EMBED, "inverting the subjects"}, run->vectors,
             error);
     }
@@ -501,13 +502,16 @@ int srnf_compare_groups(const struct srnf_sht *sht, size_t n, const double *mean
     struct srnf_comparison found = {.n = n};
     struct srnf_error first = {0};
     struct subjects subjects = {0};
-    struct compare_averages given = {n, registered_q, covariates, group, NULL, NULL};
+    struct compare_averages given = {
+        .n = n, .q = registered_q, .covariates = covariates, .group = group};
     struct compare_run run = {
         .sht = sht, .points = stats_points(srnf_sht_grid(sht)), .out = &found};
     int status;
 
     options = options ? options : &defaults;
     run.seed = options->seed;
+    given.count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
+    given.near = options->surfaces;
     atomic_init(&run.global, 0);
     atomic_init(&run.tied, 0);
     atomic_init(&run.tied_local, 0);
@@ -517,6 +521,7 @@ int srnf_compare_groups(const struct srnf_sht *sht, size_t n, const double *mean
         status = compare_average(&subjects, 3 * run.points, n_covariates, &given, &first);
     }
     run.n = given.n;
+    run.near = given.near;
     found.subjects = subjects.count;
     if (status == SRNF_OK) {
         status = compare_design_create(&run.design, run.n, given.group, n_covariates,

@@ -36,6 +36,10 @@ struct compare_averages {
     const int *group;
     double *memory; /* of averages; NULL where the others are borrowed */
     int *groups;
+    size_t count;              /* coefficients of a surface */
+    const double *const *near; /* [n] surfaces of the fields, or near them; NULL: none are known */
+    const double **starts;     /* its memory, as memory */
+    double *surfaces;
 };
 /* Turns members into subjects. size: doubles of a field. SRNF_EINVAL: a subject is in both groups.
    To be cleared in any case. */

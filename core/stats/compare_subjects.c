@@ -8,6 +8,32 @@ void compare_averages_clear(struct compare_averages *a)
 {
     srnf_free(a->memory);
     srnf_free(a->groups);
+    srnf_free(a->starts);
+    srnf_free(a->surfaces);
+}
+
+/* The average of the surfaces of a subject has about the average of their fields. */
+static int average_surfaces(const struct subjects *s, struct compare_averages *a)
+{
+    a->starts = srnf_alloc(s->count, sizeof *a->starts);
+    a->surfaces = srnf_alloc(s->count, a->count * sizeof(double));
+    if (!a->starts || !a->surfaces) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t k = 0; k < s->count; k++) {
+        double *surface = a->surfaces + k * a->count;
+
+        for (size_t m = s->start[k]; m < s->start[k + 1]; m++) {
+            const double *one = a->near[s->members[m]];
+
+            for (size_t c = 0; c < a->count; c++) {
+                surface[c] += one[c] / (double)s->size[k];
+            }
+        }
+        a->starts[k] = surface;
+    }
+    a->near = a->starts;
+    return SRNF_OK;
 }
 
 int compare_average(const struct subjects *s, size_t size, size_t n_covariates,
@@ -53,7 +79,7 @@ int compare_average(const struct subjects *s, size_t size, size_t n_covariates,
     a->q = a->memory;
     a->covariates = covariates;
     a->group = a->groups;
-    return SRNF_OK;
+    return a->near ? average_surfaces(s, a) : SRNF_OK;
 }
 
 static bool same_row(const struct compare_averages *a, size_t n_covariates, size_t i, size_t j)

@@ -106,6 +106,7 @@ int stats_invert_near(const struct srnf_sht *sht, const double *q, const double 
 struct embed_loop {
     const struct stats_embedding *embedding;
     const double *mean, *q;
+    const double *const *near;
     double *vectors;
 };
 
@@ -121,8 +122,9 @@ static int embed_one(void *argument, size_t i, const struct srnf_context *contex
     int status = SRNF_ENOMEM;
 
     if (coefficients && workspace) {
-        status = stats_invert_near(embedding->sht, loop->q + i * size, loop->mean, context,
-                                   coefficients, error);
+        status = stats_invert_near(embedding->sht, loop->q + i * size,
+                                   loop->near ? loop->near[i] : loop->mean, context, coefficients,
+                                   error);
     }
     if (status == SRNF_OK) {
         stats_embed(embedding, coefficients, loop->vectors + i * size, workspace);
@@ -132,11 +134,12 @@ static int embed_one(void *argument, size_t i, const struct srnf_context *contex
     return status;
 }
 
-int stats_embed_fields(const struct stats_embedding *embedding, const double *mean, size_t n,
-                       const double *q, const struct srnf_context *context,
-                       struct stats_progress progress, double *vectors, struct srnf_error *error)
+int stats_embed_fields(const struct stats_embedding *embedding, const double *mean,
+                       const double *const *near, size_t n, const double *q,
+                       const struct srnf_context *context, struct stats_progress progress,
+                       double *vectors, struct srnf_error *error)
 {
-    struct embed_loop loop = {embedding, mean, q, vectors};
+    struct embed_loop loop = {embedding, mean, q, near, vectors};
 
     return stats_run(context, n, embed_one, &loop, progress, error);
 }

@@ -162,7 +162,7 @@ static int open_run(struct quality_run *run, const struct srnf_context *context,
     status = fill_gram(run, error);
     status = status ? status : stats_embedding_create(run->sht, run->mean, &run->embedding);
     return status ? status
-                  : stats_embed_fields(&run->embedding, run->mean, run->n, run->q, context,
+                  : stats_embed_fields(&run->embedding, run->mean, NULL, run->n, run->q, context,
                                        progress, run->vectors, error);
 }
 

@@ -180,7 +180,8 @@ static int open_exchange(struct regress_run *run)
     size_t *kind = srnf_alloc(run->n, sizeof *kind);
     int *one_group = srnf_alloc(run->n, sizeof *one_group);
     double *rows = srnf_alloc(run->n, (columns + 1) * sizeof(double));
-    const struct compare_averages given = {run->n, NULL, rows, one_group, NULL, NULL};
+    const struct compare_averages given = {
+        .n = run->n, .covariates = rows, .group = one_group};
     int status = SRNF_ENOMEM;
 
     if (kind && one_group && rows) {
@@ -225,7 +226,7 @@ static int fit_all(struct regress_run *run, const double *mean, struct srnf_erro
     status = status ? status : stats_embedding_create(run->sht, mean, &run->embedding);
     if (status == SRNF_OK && !run->embedded) {
         status = stats_embed_fields(
-            &run->embedding, mean, run->n, run->q, run->context,
+            &run->embedding, mean, run->near, run->n, run->q, run->context,
             (struct stats_progress){0.0, PROGRESS_EMBED, "inverting the subjects"}, run->vectors,
             error);
     }
@@ -320,6 +321,7 @@ static int average(struct regress_run *run, const struct subjects *subjects,
     srnf_free(one_group);
     run->n = given->n;
     run->q = given->q;
+    run->near = given->near;
     run->values = given->covariates;
     return status;
 }
@@ -335,7 +337,7 @@ int srnf_regress(const struct srnf_sht *sht, size_t n, const double *mean,
     struct subjects subjects = {0};
     struct srnf_nested *nested = srnf_alloc(design->tests + 1, sizeof *nested);
     double **memory = srnf_alloc(design->tests + 1, sizeof *memory);
-    struct compare_averages given = {n, registered_q, design->values, NULL, NULL, NULL};
+    struct compare_averages given = {.n = n, .q = registered_q, .covariates = design->values};
     struct regress_run run = {.sht = sht,
                               .points = stats_points(srnf_sht_grid(sht)),
                               .context = context,
@@ -347,6 +349,8 @@ int srnf_regress(const struct srnf_sht *sht, size_t n, const double *mean,
     run.seed = options->seed;
     run.bootstraps = options->bootstraps;
     run.permutations = options->permutations;
+    given.count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
+    given.near = options->surfaces;
     status = check(n, design, options, &first);
     status = status ? status : subjects_open(&subjects, n, options->subjects, &first);
     status = status ? status : average(&run, &subjects, &given, &first);

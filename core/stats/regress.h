@@ -58,6 +58,7 @@ struct regress_run {
     const double *lead;   /* [n] roots of the subjects' weights, or NULL */
     const double *values; /* [n][columns] of subjects */
     const double *q;      /* [n][3][P] of subjects */
+    const double *const *near; /* [n] surfaces to search from, or NULL */
     struct regress_fit fit;
     struct regress_model *models; /* [tests] */
     struct exchange exchange;

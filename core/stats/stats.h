@@ -98,9 +98,12 @@ void stats_embedding_clear(struct stats_embedding *embedding);
 size_t stats_embedding_workspace_size(const struct stats_embedding *embedding);
 void stats_embed(const struct stats_embedding *embedding, const double *coefficients,
                  double *vector, void *workspace);
-/* Points of n fields that are inverted from the mean surface on: double[n][3][P], in parallel. */
+/* Points of n fields, double[n][3][P], in parallel. Their surfaces are searched from the mean
+   surface on, or from the near ones, [n], where these are known: from the mean on only surfaces in
+   about its pose are found. */
 SRNF_CHECKED int stats_embed_fields(const struct stats_embedding *embedding, const double *mean,
-                                    size_t n, const double *q, const struct srnf_context *context,
+                                    const double *const *near, size_t n, const double *q,
+                                    const struct srnf_context *context,
                                     struct stats_progress progress, double *vectors,
                                     struct srnf_error *error);
 /* The surface whose SRNF comes nearest to q, searched from another. Where q is the SRNF of no

@@ -91,6 +91,10 @@ struct srnf_compare_options {
     size_t permutations;    /* 1 .. 10,000,000; default 10,000 */
     uint64_t seed;          /* of the permutations; default 0 */
     const size_t *subjects; /* [n] as in srnf/subjects.h; default NULL */
+    /* [n][3][(L+1)^2] surfaces whose SRNFs the fields are, or nearly are: theirs are searched from
+       these on. NULL, the default: from the mean on, which may be too far from surfaces in other
+       poses. */
+    const double *const *surfaces;
 };
 struct srnf_compare_options srnf_compare_options_defaults(void);
 

@@ -43,6 +43,7 @@ struct srnf_regress_options {
     size_t bootstraps;      /* 100 .. 100,000; default 1000 */
     uint64_t seed;          /* of both; default 0 */
     const size_t *subjects; /* [n] as in srnf/subjects.h; default NULL */
+    const double *const *surfaces; /* [n] as in struct srnf_compare_options; default NULL */
 };
 struct srnf_regress_options srnf_regress_options_defaults(void);
 

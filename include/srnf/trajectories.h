@@ -42,6 +42,7 @@ struct srnf_visits {
     const double *times;    /* [n] */
     const size_t *subjects; /* [n] as in srnf/subjects.h */
     const double *at_times; /* [points of the design] times of the predictions */
+    const double *const *near; /* [n] as surfaces of struct srnf_compare_options; may be NULL */
 };
 
 struct srnf_trajectories_options {

@@ -114,6 +114,7 @@ static int compare(struct jobs_run *run, const struct compare *asked, struct gro
     options.permutations = (size_t)asked->permutations;
     options.seed = (uint64_t)asked->seed;
     options.subjects = cohort->group.subjects;
+    options.surfaces = mean_surfaces(mean);
     status = jobs_transform_acquire(jobs_run_jobs(run), found->group.degree,
                                     SRNF_GRID_GAUSS_LEGENDRE, found->n_theta, found->n_phi, &sht);
     if (status) {

@@ -114,6 +114,7 @@ static int compute(struct jobs_run *run, const struct regress *asked, struct gro
     options.bootstraps = (size_t)asked->bootstraps;
     options.seed = (uint64_t)asked->seed;
     options.subjects = asked->group.subjects;
+    options.surfaces = mean_surfaces(mean);
     status = jobs_transform_acquire(jobs_run_jobs(run), made->group.degree,
                                     SRNF_GRID_GAUSS_LEGENDRE, made->n_theta, made->n_phi, &sht);
     if (status) {

@@ -172,6 +172,7 @@ static int fit(struct jobs_run *run, const struct trajectories *asked,
         .times = asked->times,
         .subjects = model->group.subjects,
         .at_times = asked->at_times,
+        .near = mean_surfaces(mean),
     };
     int status = sizes ? find_sizes(run, asked, mean, srnf_sht_grid(sht), sizes) : SRNF_ENOMEM;
 

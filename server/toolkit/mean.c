@@ -100,6 +100,11 @@ void group_mean_clear(struct group_mean *mean)
     group_landmarks_clear(&mean->landmarks);
 }
 
+const double *const *mean_surfaces(const struct group_mean *mean)
+{
+    return mean->inputs.registration ? NULL : mean->outputs.group.surfaces;
+}
+
 /* ---- Results --------------------------------------------------------------------------------- */
 
 double mean_scale(struct jobs_run *run, const struct group_mean *mean)

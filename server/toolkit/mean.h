@@ -99,6 +99,9 @@ int group_mean_compute(struct jobs_run *run, const struct group_input *members,
                        const struct mean_input *asked, struct compute_mean_inputs more,
                        struct group_mean *mean, struct jobs_result *result);
 void group_mean_clear(struct group_mean *mean);
+/* [n] the surfaces whose SRNFs the fields of the members are: of a mean that registers none. NULL
+   of others. */
+const double *const *mean_surfaces(const struct group_mean *mean);
 
 /* ---- Results --------------------------------------------------------------------------------- */
 

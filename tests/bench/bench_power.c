@@ -192,7 +192,12 @@ static void run_slopes(struct study *s, size_t n, double amplitude, double p[2])
     size_t subjects[MEMBERS_MAX];
     const struct srnf_nested nested = {0, 1, NULL, column};
     const struct srnf_regress_design design = {1, column, 1, &nested, 0, NULL};
-    const struct srnf_visits visits = {VISITS * n, s->mean, s->q, ones, times, subjects, NULL};
+    const struct srnf_visits visits = {.n = VISITS * n,
+                                       .mean = s->mean,
+                                       .q = s->q,
+                                       .sizes = ones,
+                                       .times = times,
+                                       .subjects = subjects};
     struct srnf_trajectories_options options = srnf_trajectories_options_defaults();
     struct srnf_trajectories out;
 

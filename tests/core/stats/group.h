@@ -110,6 +110,19 @@ static inline void group_open_ventricles(struct group *g, size_t degree, size_t 
     }
 }
 
+/* A mean like none of the surfaces: low harmonics with noise, from which searches for those end near
+   them at best. */
+static inline void group_spoil_mean(const struct group *g, double *mean, uint64_t seed)
+{
+    struct test_random random = test_random_seed(seed);
+
+    for (size_t k = 0; k < g->count; k++) {
+        if (k % g->each > 3 && k % g->each < 16) {
+            mean[k] = test_random_normal(&random);
+        }
+    }
+}
+
 /* ---- Contexts -------------------------------------------------------------------------------- */
 
 /* What a context's callbacks see. */

@@ -114,6 +114,79 @@ static void displacements(const struct groups *a, size_t node, double *out)
     stats_embedding_clear(&embedding);
 }
 
+/* Searches from a mean that is like none of the surfaces end near them at best; from the surfaces
+   themselves they are over, with the effect of the displacements as they are. */
+static void surfaces_that_are_known_are_not_searched(void **state)
+{
+    static const size_t nodes[3] = {0, 31, 77};
+    struct srnf_compare_options options = srnf_compare_options_defaults();
+    double worst[2] = {0.0, 0.0};
+    struct groups a;
+
+    (void)state;
+    open_groups(&a, 0.3, 7);
+    group_spoil_mean(&a.g, a.mean, 9);
+    options.permutations = 19;
+    for (size_t known = 0; known < 2; known++) {
+        struct srnf_comparison out;
+
+        options.surfaces = known ? a.g.surfaces : NULL;
+        assert_int_equal(srnf_compare_groups(a.g.sht, N, a.mean, a.registered_q, a.group, 0, NULL,
+                                             &options, NULL, &out, NULL),
+                         SRNF_OK);
+        for (size_t k = 0; k < 3; k++) {
+            double moved[3 * N];
+            double square = 0.0;
+
+            displacements(&a, nodes[k], moved);
+            for (size_t c = 0; c < 3; c++) {
+                double off = 0.0;
+
+                for (size_t i = 0; i < N; i++) {
+                    off += moved[3 * i + c] * (a.group[i] ? 2.0 : -2.0) / (double)N;
+                }
+                square += off * off;
+            }
+            worst[known] =
+                compare_max(worst[known], fabs(out.effect[nodes[k]] / sqrt(square) - 1.0));
+        }
+        srnf_comparison_clear(&out);
+    }
+    printf("# from the mean on: %.3g off\n", worst[0]);
+    figure_below("effects off those of the surfaces, relative", worst[1], 1e-11);
+    assert_true(worst[0] > 1e2 * worst[1]);
+    close_groups(&a);
+}
+
+/* The average of the fields of a subject has a surface near the average of its surfaces: found from
+   there as from the mean. */
+static void averages_are_searched_from_averages(void **state)
+{
+    struct srnf_compare_options options = srnf_compare_options_defaults();
+    struct srnf_comparison out[2];
+    size_t subjects[N];
+    struct groups a;
+
+    (void)state;
+    for (size_t i = 0; i < N; i++) {
+        subjects[i] = i / 4 * 4 + i % 2;
+    }
+    open_groups(&a, 0.3, 7);
+    options.permutations = 19;
+    options.subjects = subjects;
+    for (size_t known = 0; known < 2; known++) {
+        options.surfaces = known ? a.g.surfaces : NULL;
+        assert_int_equal(srnf_compare_groups(a.g.sht, N, a.mean, a.registered_q, a.group, 0, NULL,
+                                             &options, NULL, &out[known], NULL),
+                         SRNF_OK);
+    }
+    figure_below("effects from averages off those from the mean",
+                 compare_difference(a.g.points, out[0].effect, out[1].effect), 1e-6);
+    srnf_comparison_clear(&out[0]);
+    srnf_comparison_clear(&out[1]);
+    close_groups(&a);
+}
+
 /* x = A^(-1) b for three unknowns by Cramer's rule. */
 static void solve3(const double a[9], const double b[3], double x[3])
 {
@@ -696,6 +769,8 @@ static void wrong_input_is_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(surfaces_that_are_known_are_not_searched),
+        cmocka_unit_test(averages_are_searched_from_averages),
         cmocka_unit_test(statistic_is_that_of_hotelling),
         cmocka_unit_test(planted_difference_is_found_where_it_is),
         cmocka_unit_test(equal_groups_are_not_told_apart),

@@ -94,6 +94,63 @@ static int regress(const struct study *a, const struct srnf_regress_design *desi
     return srnf_regress(a->g.sht, N, a->mean, a->q, design, &options, context, out, error);
 }
 
+/* From a mean that is like none of the surfaces theirs are not found, from themselves they are: the
+   intercept and slope of the displacements at a node give its effect. */
+static void surfaces_that_are_known_are_not_searched(void **state)
+{
+    const size_t node = 31;
+    struct srnf_regress_options options = srnf_regress_options_defaults();
+    struct srnf_regress_design design = {.columns = 1};
+    struct stats_embedding embedding;
+    struct study a;
+    double *vector;
+    void *workspace;
+    double ages = 0.0;
+    double spread = 0.0;
+    double slope[3] = {0.0, 0.0, 0.0};
+    double worst[2];
+
+    (void)state;
+    open_study(&a, 0.01, 5);
+    group_spoil_mean(&a.g, a.mean, 9);
+    design.values = a.age;
+    assert_int_equal(stats_embedding_create(a.g.sht, a.mean, &embedding), SRNF_OK);
+    vector = shapes_doubles(3 * a.g.points);
+    workspace = srnf_alloc(1, stats_embedding_workspace_size(&embedding));
+    assert_non_null(workspace);
+    for (size_t i = 0; i < N; i++) {
+        ages += a.age[i] / (double)N;
+    }
+    for (size_t i = 0; i < N; i++) {
+        stats_embed(&embedding, a.g.f[i], vector, workspace);
+        spread += (a.age[i] - ages) * (a.age[i] - ages);
+        for (size_t c = 0; c < 3; c++) {
+            slope[c] +=
+                (a.age[i] - ages) * vector[c * a.g.points + node] / embedding.root[node];
+        }
+    }
+    options.permutations = 19;
+    options.bootstraps = 100;
+    for (size_t known = 0; known < 2; known++) {
+        struct srnf_regression out;
+        double truth =
+            sqrt(slope[0] * slope[0] + slope[1] * slope[1] + slope[2] * slope[2]) / spread;
+
+        options.surfaces = known ? a.g.surfaces : NULL;
+        assert_int_equal(
+            srnf_regress(a.g.sht, N, a.mean, a.q, &design, &options, NULL, &out, NULL), SRNF_OK);
+        worst[known] = fabs(out.effect[node] / truth - 1.0);
+        srnf_regression_clear(&out);
+    }
+    printf("# from the mean on: %.3g off\n", worst[0]);
+    figure_below("effect off that of the surfaces, relative", worst[1], 1e-11);
+    assert_true(worst[0] > 1e2 * worst[1]);
+    srnf_free(workspace);
+    srnf_free(vector);
+    stats_embedding_clear(&embedding);
+    close_study(&a);
+}
+
 /* Least squares by the normal equations and Gauss elimination: b [p], of x [N][p] and y [N]. */
 static void solve(size_t p, const double *x, const double *y, double *b)
 {
@@ -616,6 +673,7 @@ static void wrong_input_is_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(surfaces_that_are_known_are_not_searched),
         cmocka_unit_test(coefficients_are_least_squares),
         cmocka_unit_test(p_is_that_of_permuted_data),
         cmocka_unit_test(two_groups_are_those_of_the_comparison),

@@ -297,7 +297,13 @@ static int run_trajectories(void)
     static const double at[1] = {1.0};
     const struct srnf_nested nested = {0, 1, NULL, column};
     const struct srnf_regress_design design = {1, column, 1, &nested, 1, at};
-    const struct srnf_visits visits = {VISITS, g.f[0], visited, sizes, times, subjects, at};
+    const struct srnf_visits visits = {.n = VISITS,
+                                       .mean = g.f[0],
+                                       .q = visited,
+                                       .sizes = sizes,
+                                       .times = times,
+                                       .subjects = subjects,
+                                       .at_times = at};
     struct srnf_trajectories_options options = srnf_trajectories_options_defaults();
     struct srnf_trajectories trajectories = {0};
     int status;
@@ -335,11 +341,13 @@ static int run_repeated_comparison(void)
 {
     static const int group[COMPARED] = {0, 1, 0, 1, 1, 0};
     static const size_t subjects[COMPARED] = {0, 1, 2, 3, 4, 0};
+    const double *const near[COMPARED] = {g.f[0], g.f[1], g.f[2], g.f[0], g.f[1], g.f[2]};
     struct srnf_compare_options options = srnf_compare_options_defaults();
     struct srnf_comparison comparison = {0};
     int status;
 
     options.subjects = subjects; /* five have 10 divisions, which are all taken */
+    options.surfaces = near;
     status = srnf_compare_groups(g.sht, COMPARED, g.f[0], compared, group, 0, NULL, &options, NULL,
                                  &comparison, NULL);
     assert_true((status < 0) == (comparison.statistic == NULL));

@@ -293,6 +293,69 @@ static void p_of_groups_is_that_of_all_choices(void **state)
     lines_close(&l);
 }
 
+/* ---- Conditioning ---------------------------------------------------------------------------- */
+
+/* The length of a subject's displacement per unit of time: the line of its embedded surfaces. */
+static double find_length(const struct lines *l, size_t from, size_t to)
+{
+    struct stats_embedding embedding;
+    double *vector = shapes_doubles(l->size);
+    double *slope = shapes_doubles(l->size);
+    double middle = 0.0;
+    double spread = 0.0;
+    double square = 0.0;
+    void *workspace;
+
+    assert_int_equal(stats_embedding_create(l->g.sht, l->mean, &embedding), SRNF_OK);
+    workspace = srnf_alloc(1, stats_embedding_workspace_size(&embedding));
+    assert_non_null(workspace);
+    for (size_t i = from; i < to; i++) {
+        middle += l->times[i] / (double)(to - from);
+    }
+    for (size_t i = from; i < to; i++) {
+        stats_embed(&embedding, l->g.f[i], vector, workspace);
+        spread += (l->times[i] - middle) * (l->times[i] - middle);
+        for (size_t k = 0; k < l->size; k++) {
+            slope[k] += (l->times[i] - middle) * vector[k];
+        }
+    }
+    for (size_t k = 0; k < l->size; k++) {
+        square += slope[k] * slope[k];
+    }
+    srnf_free(workspace);
+    srnf_free(slope);
+    srnf_free(vector);
+    stats_embedding_clear(&embedding);
+    return sqrt(square) / spread;
+}
+
+static void surfaces_that_are_known_are_not_searched(void **state)
+{
+    const struct lines_plan plan = {6, false, 0.1, 0.05, 0.03, 0.02, 6};
+    double worst[2] = {0.0, 0.0};
+    struct lines l;
+
+    (void)state;
+    lines_open(&l, &plan);
+    group_spoil_mean(&l.g, l.mean, 9);
+    for (size_t known = 0; known < 2; known++) {
+        struct srnf_trajectories out;
+
+        l.visits.near = known ? l.g.surfaces : NULL;
+        assert_int_equal(lines_fit(&l, 9, 1, NULL, &out), SRNF_OK);
+        for (size_t i = 0; i < l.n; i++) {
+            double truth = find_length(&l, 3 * i, 3 * i + 3);
+
+            worst[known] = compare_max(worst[known], fabs(out.slope.length[i] / truth - 1.0));
+        }
+        srnf_trajectories_clear(&out);
+    }
+    printf("# from the mean on: %.3g off\n", worst[0]);
+    figure_below("lengths off those of the surfaces, relative", worst[1], 1e-11);
+    assert_true(worst[0] > 1e2 * worst[1]);
+    lines_close(&l);
+}
+
 /* ---- Rates ----------------------------------------------------------------------------------- */
 
 static void nothing_is_found_at_the_level(void **state)
@@ -500,6 +563,7 @@ int main(void)
         cmocka_unit_test(numbers_are_those_of_least_squares),
         cmocka_unit_test(p_is_that_of_all_flips),
         cmocka_unit_test(p_of_groups_is_that_of_all_choices),
+        cmocka_unit_test(surfaces_that_are_known_are_not_searched),
         cmocka_unit_test(nothing_is_found_at_the_level),
         cmocka_unit_test(results_do_not_depend_on_threads),
         cmocka_unit_test(stops_when_asked),
