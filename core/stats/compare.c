@@ -81,11 +81,11 @@ struct compare_run {
     struct exchange exchange;
     struct stats_embedding embedding;
     const double *const *near; /* [n] surfaces to search from, or NULL */
-    double *q;          /* [n][3][P] residual SRNFs times the roots of the weights */
-    double *vectors;    /* [n][3][P] residual displacements */
-    double *gram;       /* [n][n] of q */
-    double *squares;    /* [P][6] Y'Y: xx xy xz yy yz zz */
-    double observed;    /* global statistic */
+    double *q;                 /* [n][3][P] residual SRNFs times the roots of the weights */
+    double *vectors;           /* [n][3][P] residual displacements */
+    double *gram;              /* [n][n] of q */
+    double *squares;           /* [P][6] Y'Y: xx xy xz yy yz zz */
+    double observed;           /* global statistic */
     double *largest;    /* [permutations + 1] of T^2 over the map; the first is the observed */
     atomic_uint global; /* permutations as far apart */
     atomic_uint tied,

@@ -180,8 +180,7 @@ static int open_exchange(struct regress_run *run)
     size_t *kind = srnf_alloc(run->n, sizeof *kind);
     int *one_group = srnf_alloc(run->n, sizeof *one_group);
     double *rows = srnf_alloc(run->n, (columns + 1) * sizeof(double));
-    const struct compare_averages given = {
-        .n = run->n, .covariates = rows, .group = one_group};
+    const struct compare_averages given = {.n = run->n, .covariates = rows, .group = one_group};
     int status = SRNF_ENOMEM;
 
     if (kind && one_group && rows) {

@@ -55,9 +55,9 @@ struct regress_run {
     uint64_t seed;
     const struct srnf_context *context;
     const struct srnf_regress_design *design;
-    const double *lead;   /* [n] roots of the subjects' weights, or NULL */
-    const double *values; /* [n][columns] of subjects */
-    const double *q;      /* [n][3][P] of subjects */
+    const double *lead;        /* [n] roots of the subjects' weights, or NULL */
+    const double *values;      /* [n][columns] of subjects */
+    const double *q;           /* [n][3][P] of subjects */
     const double *const *near; /* [n] surfaces to search from, or NULL */
     struct regress_fit fit;
     struct regress_model *models; /* [tests] */

@@ -122,9 +122,9 @@ int trajectory_lines(struct trajectory_run *run, const struct srnf_context *cont
     lines.middle = srnf_alloc(run->n, sizeof(double));
     status = status || (vectors && lines.middle) ? status : SRNF_ENOMEM;
     if (status == SRNF_OK) {
-        status = stats_embed_fields(&embedding, visits->mean, visits->near, visits->n, visits->q, context,
-                                    (struct stats_progress){0.0, 1.0, "inverting the members"},
-                                    vectors, error);
+        status = stats_embed_fields(
+            &embedding, visits->mean, visits->near, visits->n, visits->q, context,
+            (struct stats_progress){0.0, 1.0, "inverting the members"}, vectors, error);
     }
     if (status == SRNF_OK) {
         read_times(&lines);

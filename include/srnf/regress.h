@@ -39,10 +39,10 @@ struct srnf_regress_design {
 };
 
 struct srnf_regress_options {
-    size_t permutations;    /* 1 .. 10,000,000; default 10,000 */
-    size_t bootstraps;      /* 100 .. 100,000; default 1000 */
-    uint64_t seed;          /* of both; default 0 */
-    const size_t *subjects; /* [n] as in srnf/subjects.h; default NULL */
+    size_t permutations;           /* 1 .. 10,000,000; default 10,000 */
+    size_t bootstraps;             /* 100 .. 100,000; default 1000 */
+    uint64_t seed;                 /* of both; default 0 */
+    const size_t *subjects;        /* [n] as in srnf/subjects.h; default NULL */
     const double *const *surfaces; /* [n] as in struct srnf_compare_options; default NULL */
 };
 struct srnf_regress_options srnf_regress_options_defaults(void);

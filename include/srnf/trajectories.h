@@ -34,14 +34,14 @@ extern "C" {
 #define SRNF_TIMES_BEYOND_MAX 1e6
 
 struct srnf_visits {
-    size_t n;               /* surfaces, two at least of each subject */
-    const double *mean;     /* [3][(L+1)^2] of all of them */
-    const double *q;        /* [n][3][n_theta][n_phi], registered to that mean */
-    const double *sizes;    /* [n] by which lengths are multiplied, positive; about 1, since
+    size_t n;                  /* surfaces, two at least of each subject */
+    const double *mean;        /* [3][(L+1)^2] of all of them */
+    const double *q;           /* [n][3][n_theta][n_phi], registered to that mean */
+    const double *sizes;       /* [n] by which lengths are multiplied, positive; about 1, since
                                predicted surfaces are searched from the mean on */
-    const double *times;    /* [n] */
-    const size_t *subjects; /* [n] as in srnf/subjects.h */
-    const double *at_times; /* [points of the design] times of the predictions */
+    const double *times;       /* [n] */
+    const size_t *subjects;    /* [n] as in srnf/subjects.h */
+    const double *at_times;    /* [points of the design] times of the predictions */
     const double *const *near; /* [n] as surfaces of struct srnf_compare_options; may be NULL */
 };
 

@@ -111,14 +111,13 @@ static inline void lines_open(struct lines *l, const struct lines_plan *plan)
     l->subjects = srnf_alloc(members, sizeof *l->subjects);
     assert_non_null(l->subjects);
     lines_fill(l, plan);
-    l->visits =
-        (struct srnf_visits){.n = members,
-                             .mean = l->mean,
-                             .q = l->q,
-                             .sizes = l->sizes,
-                             .times = l->times,
-                             .subjects = l->subjects,
-                             .at_times = l->at_times};
+    l->visits = (struct srnf_visits){.n = members,
+                                     .mean = l->mean,
+                                     .q = l->q,
+                                     .sizes = l->sizes,
+                                     .times = l->times,
+                                     .subjects = l->subjects,
+                                     .at_times = l->at_times};
 }
 
 static inline void lines_close(struct lines *l)

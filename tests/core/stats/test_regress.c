@@ -125,8 +125,7 @@ static void surfaces_that_are_known_are_not_searched(void **state)
         stats_embed(&embedding, a.g.f[i], vector, workspace);
         spread += (a.age[i] - ages) * (a.age[i] - ages);
         for (size_t c = 0; c < 3; c++) {
-            slope[c] +=
-                (a.age[i] - ages) * vector[c * a.g.points + node] / embedding.root[node];
+            slope[c] += (a.age[i] - ages) * vector[c * a.g.points + node] / embedding.root[node];
         }
     }
     options.permutations = 19;
@@ -137,8 +136,8 @@ static void surfaces_that_are_known_are_not_searched(void **state)
             sqrt(slope[0] * slope[0] + slope[1] * slope[1] + slope[2] * slope[2]) / spread;
 
         options.surfaces = known ? a.g.surfaces : NULL;
-        assert_int_equal(
-            srnf_regress(a.g.sht, N, a.mean, a.q, &design, &options, NULL, &out, NULL), SRNF_OK);
+        assert_int_equal(srnf_regress(a.g.sht, N, a.mean, a.q, &design, &options, NULL, &out, NULL),
+                         SRNF_OK);
         worst[known] = fabs(out.effect[node] / truth - 1.0);
         srnf_regression_clear(&out);
     }

@@ -71,6 +71,7 @@ static int setup(void **state)
     return engine_setup(state, sizeof(struct world));
 }
 
+static const struct store_maker maker = {.host = "here", .cpu = "any", .build = "one"};
 static const struct jobs_remote remote = {
     .name = "worker", .host = "here", .cpu = "any", .slots = TASKS};
 
@@ -119,7 +120,7 @@ static void finish(struct world *world, struct jobs_lease *lease)
     const struct jobs_proof proof = {.secret = lease->secret, .owner = "", .job = ""};
     unsigned char byte = (unsigned char)(lease->what.inputs.bytes[0] - 'a' + 'A');
 
-    assert_int_equal(jobs_lease_finish(world->engine.jobs, lease->task, &proof, &byte, 1),
+    assert_int_equal(jobs_lease_finish(world->engine.jobs, lease->task, &proof, &maker, &byte, 1),
                      STORE_OK);
     jobs_task_clear(&lease->what);
 }
@@ -160,7 +161,8 @@ static void a_result_that_only_the_store_has_is_taken(void **state)
     byte = (unsigned char)(leases[0].what.inputs.bytes[0] - 'a' + 'A');
     proof_of(&leases[0], text);
     assert_int_equal(
-        store_task_finish(world->engine.fixture->store, leases[0].task, text, &byte, 1), STORE_OK);
+        store_task_finish(world->engine.fixture->store, leases[0].task, text, &maker, &byte, 1),
+        STORE_OK);
     jobs_task_clear(&leases[0].what);
     finish(world, &leases[1]);
     finish(world, &leases[2]);
@@ -205,8 +207,9 @@ static void workers_are_told_of_a_task_whose_result_was_none(void **state)
     finish(world, &leases[2]);
     before = world->offers;
     proof_of(&leases[0], text);
-    assert_int_equal(store_task_finish(world->engine.fixture->store, leases[0].task, text, "..", 2),
-                     STORE_OK);
+    assert_int_equal(
+        store_task_finish(world->engine.fixture->store, leases[0].task, text, &maker, "..", 2),
+        STORE_OK);
     jobs_task_clear(&leases[0].what);
     for (int ms = 0; ms < 5000 && world->offers == before; ms += 2) {
         engine_pause_ms(2);
