@@ -70,11 +70,15 @@ static int encode_again(struct jobs_run *run, const struct srnf_context *context
     return status;
 }
 
-/* Whether a failure says that the mesh leads nowhere, and not that the job cannot go on. */
+_Static_assert((int)STORE_NOT_FOUND < (int)SRNF_EIO, "an int tells either status");
+
+/* Whether a failure says that the mesh leads nowhere, and not that the job cannot go on: the mesh
+   is gone, or the core cannot make this of it. */
 static bool leads_nowhere(int status)
 {
-    return status != SRNF_OK && status != SRNF_ECANCELED && status != SRNF_ENOMEM &&
-           status != STORE_NOMEM;
+    return status == STORE_NOT_FOUND ||
+           (status < SRNF_OK && status >= SRNF_EIO && status != SRNF_ECANCELED &&
+            status != SRNF_ENOMEM && status != SRNF_EIO);
 }
 
 static int note(struct jobs_run *run, const struct compute_doubt *aside, struct jobs_result *result)
@@ -273,8 +277,9 @@ int compute_register_pair(struct jobs_run *run, const struct srnf_sht *sht, cons
     if (origins && options->reparameterization && are_bridgeable(&origins[0], &origins[1])) {
         status = cross(&bridge, origins, registration);
         *bridged = status == SRNF_OK;
-        if (status == SRNF_OK || status == SRNF_ECANCELED) {
-            return status;
+        if (!leads_nowhere(status)) {
+            return status == SRNF_ENOMEM ? compute_fail(result, status, NULL, "registering")
+                                         : status;
         }
         /* The meshes do not lead from one to the other; a search does without them. */
         srnf_registration_clear(registration);

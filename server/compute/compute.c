@@ -33,6 +33,10 @@ static const struct {
     {SRNF_EUNMATCHED, "landmarks-not-matched"},
     {SRNF_EIO, "storage-unavailable"},
     {SRNF_WNOT_CONVERGED, "not-converged"},
+    {STORE_FULL, "storage-full"},
+    {STORE_IO, "storage-unavailable"},
+    {STORE_CORRUPT, "data-damaged"},
+    {STORE_NOMEM, "out-of-memory"},
 };
 
 const char *compute_problem_code(int status)
@@ -55,7 +59,9 @@ int compute_fail(struct jobs_result *result, int status, const struct srnf_error
     }
     result->problem_code = compute_problem_code(status);
     (void)snprintf(result->problem_detail, sizeof result->problem_detail, "%s: %s", what,
-                   detailed ? error->message : srnf_strerror(status));
+                   detailed                    ? error->message
+                   : status <= STORE_NOT_FOUND ? store_strerror(status)
+                                               : srnf_strerror(status));
     return status;
 }
 
@@ -69,20 +75,12 @@ int compute_fail_store(struct jobs_result *result, int status, const char *id)
     bool mesh = compute_is_mesh(id), model = strncmp(id, "model-", 6) == 0;
     bool volume = strncmp(id, "vol-", 4) == 0;
 
-    result->problem_code = "internal-error";
+    result->problem_code = compute_problem_code(status);
     if (status == STORE_NOT_FOUND) {
         result->problem_code = mesh     ? "no-such-mesh"
                                : model  ? "no-such-model"
                                : volume ? "no-such-volume"
                                         : "no-such-surface";
-    } else if (status == STORE_FULL) {
-        result->problem_code = "storage-full";
-    } else if (status == STORE_IO) {
-        result->problem_code = "storage-unavailable";
-    } else if (status == STORE_CORRUPT) {
-        result->problem_code = "data-damaged";
-    } else if (status == STORE_NOMEM) {
-        result->problem_code = "out-of-memory";
     }
     (void)snprintf(result->problem_detail, sizeof result->problem_detail, "%s: %s", id,
                    store_strerror(status));

@@ -170,6 +170,9 @@ static void keep(void *user, uint64_t series, uint64_t index, size_t count, cons
     size_t size = 0;
 
     jobs_kept_keep(kept, series, index, count, values);
+    if (count == 0) {
+        return; /* what was written stays until what follows from it is there */
+    }
     pthread_mutex_lock(&kept->mutex);
     if (!kept->writing && now >= kept->next) {
         bytes = jobs_kept_write(kept, &size);

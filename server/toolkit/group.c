@@ -45,12 +45,12 @@ static json_t *name_of(struct jobs_run *run, const char *id)
     json_t *name = NULL;
 
     if (strncmp(id, "mesh-", 5) == 0) {
-        if (store_mesh_get_as(store, owner, id, &mesh) == 0 && mesh.name && mesh.name[0]) {
+        if (process_read(store_mesh_get_as(store, owner, id, &mesh)) && mesh.name && mesh.name[0]) {
             name = json_string(mesh.name);
         }
         store_mesh_clear(&mesh);
     } else {
-        if (store_surface_get_as(store, owner, id, false, &surface) == 0 && surface.name &&
+        if (process_read(store_surface_get_as(store, owner, id, false, &surface)) && surface.name &&
             surface.name[0]) {
             name = json_string(surface.name);
         }

@@ -172,13 +172,10 @@ json_t *process_keep_mesh(struct jobs_run *run, struct mesh_description *descrip
                           const char *what, struct jobs_result *result);
 /* Whether a row was read, by the status of the store. Where it could not be, and not because it is
    not there, nothing is made of the results: they would lack what it tells. */
-static inline bool process_read(int status)
-{
-    if (status != STORE_OK && status != STORE_NOT_FOUND) {
-        json_memory_fail();
-    }
-    return status == STORE_OK;
-}
+bool process_read(int status);
+/* The problem of a run whose document could not be made: what process_read could not read since
+   process_parse, or memory. what: "writing the results". */
+void process_fail_document(struct jobs_result *result, const char *what);
 /* The scale of a surface: `known` where that is positive, since it was encoded here, otherwise that
    of its record; 1 where there is none. */
 double process_scale(struct jobs_run *run, const char *id, double known);

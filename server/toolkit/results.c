@@ -3,6 +3,8 @@
  * defaulting, the numeric build that made them, and the parts of surface records.
  */
 #include "toolkit/process.h"
+
+#include "compute/compute.h"
 #include "api/json_memory.h"
 #include "toolkit/answers.h"
 #include "toolkit/routes.h"
@@ -17,10 +19,28 @@
 #include <stdio.h>
 #include <string.h>
 
+/* The first status of the store with which process_read could not read, of the run of the thread. */
+static _Thread_local int unread;
+
+bool process_read(int status)
+{
+    if (status != STORE_OK && status != STORE_NOT_FOUND) {
+        unread = unread ? unread : status;
+        json_memory_fail();
+    }
+    return status == STORE_OK;
+}
+
+void process_fail_document(struct jobs_result *result, const char *what)
+{
+    (void)compute_fail(result, unread ? unread : SRNF_ENOMEM, NULL, what);
+}
+
 json_t *process_parse(const char *inputs, struct jobs_result *result)
 {
     json_t *document;
 
+    unread = STORE_OK;
     json_memory_begin();
     document = json_memory_load(inputs, strlen(inputs), 0, NULL, NULL);
     if (!document) {
@@ -99,9 +119,7 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
     result->results =
         document ? json_memory_dumps(document, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     if (!result->results) {
-        result->problem_code = "out-of-memory";
-        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
-                       "The results could not be written.");
+        process_fail_document(result, "writing the results");
     }
     json_decref(document);
 }

@@ -439,7 +439,7 @@ void table_run(struct jobs_run *run, void *user, const char *text, struct jobs_r
             echo(table, inputs);
             process_finish(run, document, inputs, result);
         } else if (!result->problem_code && json_memory_failed()) {
-            (void)compute_fail(result, SRNF_ENOMEM, NULL, "writing the results");
+            process_fail_document(result, "writing the results");
         }
     }
     if (typed) {

@@ -152,7 +152,33 @@ static void run_numbers(struct jobs_run *run, void *user, const char *inputs,
     }
 }
 
-static const struct jobs_process table[] = {{"numbers", run_numbers, NULL}, {NULL, NULL, NULL}};
+/* Keeps numbers, drops them when the next checkpoint is due, and waits for the end. */
+static void run_drop(struct jobs_run *run, void *user, const char *inputs,
+                     struct jobs_result *result)
+{
+    const struct srnf_context *context = jobs_run_context(run);
+    struct world *world = user;
+    const double numbers[SIZE] = {1.0, 2.0, 3.0};
+
+    (void)inputs;
+    (void)result;
+    jobs_run_keep_parts(run);
+    while (!context->canceled(context->user) && atomic_load(&world->computed) == 0) {
+        context->keep(context->user, 5, 0, SIZE, numbers);
+        engine_pause_ms(20);
+    }
+    for (int i = 0; i < 150; i++) { /* through a time when a checkpoint is due */
+        engine_pause_ms(20);
+        context->keep(context->user, 5, 0, 0, NULL);
+    }
+    atomic_fetch_add(&world->recalled, 1);
+    while (!context->canceled(context->user)) {
+        engine_pause_ms(2);
+    }
+}
+
+static const struct jobs_process table[] = {
+    {"numbers", run_numbers, NULL}, {"drop", run_drop, NULL}, {NULL, NULL, NULL}};
 
 static void open_engine(struct world *world, const char *build)
 {
@@ -225,6 +251,33 @@ static void another_build_begins_anew(void **state)
     assert_int_equal(atomic_load(&world->loaded), 0);
 }
 
+/* What was written stays until something is written in its stead: whoever drops it has yet to keep
+   what follows from it. */
+static void what_is_dropped_is_replaced_first(void **state)
+{
+    struct world *world = *state;
+    struct store *store = world->engine.fixture->store;
+    enum jobs_submission how;
+    unsigned char *bytes = NULL;
+    struct store_job job;
+    size_t size = 0;
+
+    open_engine(world, "build");
+    assert_int_equal(jobs_submit(world->engine.jobs, NULL, "drop", "x", NULL, NULL, &job, &how),
+                     JOBS_OK);
+    for (int ms = 0; ms < ENGINE_WAIT_MS && size == 0; ms += 2) {
+        engine_pause_ms(2);
+        (void)store_checkpoint_get(store, job.id, &bytes, &size);
+    }
+    free(bytes);
+    atomic_store(&world->computed, 1);
+    engine_await(&world->recalled, 1);
+    assert_int_equal(store_checkpoint_get(store, job.id, &bytes, &size), STORE_OK);
+    free(bytes);
+    store_job_clear(&job);
+    assert_true(size >= WITH_PARTS - strlen("state"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -232,6 +285,7 @@ int main(void)
         cmocka_unit_test(damaged_bytes_hold_nothing),
         cmocka_unit_test_setup_teardown(a_job_goes_on_with_its_numbers, setup, engine_teardown),
         cmocka_unit_test_setup_teardown(another_build_begins_anew, setup, engine_teardown),
+        cmocka_unit_test_setup_teardown(what_is_dropped_is_replaced_first, setup, engine_teardown),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
