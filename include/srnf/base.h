@@ -86,9 +86,10 @@ struct srnf_context {
        there is such a part of that many; then into values. keep: here is one, or, with count 0 and
        values NULL, the parts of the series are wanted no more. Both from any thread; NULL: nothing
        is kept. Kept are the distances of registered pairs (srnf_distances, srnf_metric_distances
-       for srnf and srm), the registrations of srnf_folds_compare of one round, and the
-       reconstructions and samples of srnf_model_quality. What is recalled has the bits that were
-   kept, so that the     result has those that it would have without. */
+       for srnf and srm), the first registrations of srnf_karcher_mean, those of
+       srnf_folds_compare of one round, and the reconstructions and samples of srnf_model_quality.
+       What is recalled has the bits that were kept, so that the result has those that it would have
+       without. */
     bool (*recall)(void *user, uint64_t series, uint64_t index, size_t count, double *values);
     void (*keep)(void *user, uint64_t series, uint64_t index, size_t count, const double *values);
     /* Registers surfaces to a field where the caller has other machines for it: calls search->take

@@ -32,8 +32,7 @@
 #define TRIM_FROM ((size_t)1 << 20)      /* bytes of a body whose document is worth giving back */
 #define SYNC_WAIT_DEFAULT 30.0
 #define LINK_SECONDS_DEFAULT 30.0
-/* Bytes that a small upload has: so many, and so many for each of its own, up to a limit at which
- * it
+/* Bytes that a small upload has: so many, and so many for each of its own, up to a limit at which it
    is read in half a second. A few KiB that unpack to hundreds of thousands of faces are no small
    upload, and show it in some milliseconds. */
 #define SMALL_MEMORY_FROM ((size_t)1 << 20)
@@ -82,11 +81,11 @@ int api_create(struct api **out, const struct api_config *config)
     api->inflight = inflight_create();
     api->auth = auth_create(config);
     api->changes = changes_create();
+    (void)pthread_mutex_init(&api->probe.mutex, NULL);
     if (!api->inflight || !api->auth || !api->changes || !api->remote) {
         api_destroy(api);
         return -1;
     }
-    (void)pthread_mutex_init(&api->probe.mutex, NULL);
     *out = api;
     return 0;
 }

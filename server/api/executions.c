@@ -200,8 +200,8 @@ static const json_t *body_inputs(struct api_call *call, const struct api_process
         if (!is_member(name)) {
             (void)snprintf(pointer, sizeof pointer, "/%.100s", name);
             problem_add(&problems, pointer,
-                        "the body has the members inputs, outputs, response, name and tags; this "
-                        "one is not known.");
+                        "the body has the members inputs, outputs, response, subscriber, name and "
+                        "tags; this one is not known.");
         }
     }
     if (!json_is_object(inputs)) {
@@ -419,10 +419,10 @@ void executions_create(struct api_call *call)
         goto out;
     }
     inputs = execution_inputs(call, process, &labels, &wait->framing, &seconds);
-    body_digest(call->request, digest);
     if (!inputs) {
         goto out;
     }
+    body_digest(call->request, digest);
     status = submit(call, process, inputs, seconds, digest, &job, &wait->how);
     if (status != 0) {
         refuse_submission(call, status);

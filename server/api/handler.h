@@ -125,7 +125,8 @@ bool query_get(struct api_call *call, const char *name, char *buffer, size_t siz
 json_t *body_json(struct api_call *call);
 /* Reads the mesh that is the body: its row, but for what the store says of it, and as it was
    prepared. *held: the owner has it, and the row is as it is there; nothing is prepared then. False
-   when a problem was answered. Row and prepared mesh are to be cleared in any case (meshes.c). */
+   when a problem was answered. Row and prepared mesh are to be cleared in any case
+   (meshes_create.c). */
 bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *row,
                     struct compute_prepared *prepared, bool *held);
 /* Index of the media type in the list (ended by NULL) that Accept likes best, the first of equals;

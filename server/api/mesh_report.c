@@ -140,7 +140,7 @@ static json_t *report_json(const struct srnf_mesh_report *report, const struct s
     return document;
 }
 
-/* Where the search for a centre broke down, the mesh cannot be analysed either. */
+/* Where the search for a centre finds the mesh degenerate, it cannot be analysed either. */
 static void add_degenerate(struct srnf_mesh_report *report)
 {
     report->problems[0] =

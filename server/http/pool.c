@@ -25,14 +25,15 @@
 bool pool_submit(struct exchange *exchange)
 {
     struct http *http = exchange->http;
-    bool open;
+    bool open, upload = api_is_upload(&exchange->request);
 
+    /* Without the lock: to tell them apart a large body may have to be looked through. */
+    exchange->small = upload && api_is_small(&exchange->request);
+    exchange->lane = upload ? LANE_UPLOADS : LANE_REQUESTS;
+    exchange->fetches = api_fetches(&exchange->request);
     (void)pthread_mutex_lock(&http->mutex);
     open = !http->stopping && !http->giving_up;
     if (open) {
-        exchange->small = api_is_upload(&exchange->request) && api_is_small(&exchange->request);
-        exchange->lane = api_is_upload(&exchange->request) ? LANE_UPLOADS : LANE_REQUESTS;
-        exchange->fetches = api_fetches(&exchange->request);
         exchange->request.stop = &exchange->stop;
         MHD_suspend_connection(exchange->mhd);
         lane_enqueue(http, exchange);

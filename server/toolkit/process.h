@@ -85,8 +85,8 @@ struct process_inputs {
 /* names ends with NULL; members of other names are problems. False when given is no object. */
 bool inputs_open(struct process_inputs *inputs, struct api_call *call, const json_t *given,
                  struct problem_list *list, const char *const *names);
-/* Ends the reading: the canonical object (new reference), with the scales of weighted inputs filled
-   in (scales.h), or NULL where there was any problem. */
+/* Ends the reading: the canonical object (new reference), or NULL where there was any problem, as
+   inputs whose units are mixed (scales.h). */
 json_t *inputs_canonical(struct process_inputs *inputs);
 
 /* A whole number from lowest to highest; absent: fallback. Returns the number. */
