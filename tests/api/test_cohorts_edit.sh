@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # test_cohorts_edit.sh - cohorts that are changed, copied, filtered and paged, and that two change at once.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

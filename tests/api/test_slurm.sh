@@ -7,6 +7,7 @@
 # here; what sbatch is told and what it is not; pilots as many as are needed, for each job its own; a daemon that is
 # killed while sbatch is at work; programs of Slurm that refuse, hang, or print garbage; pilots that fail, run out of memory
 # or are held; and none left when a job is cancelled or the daemon stops.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -6,6 +6,7 @@
 # killed, when the daemon is killed and starts again, and when somebody sends what he should not: a forged secret, a stale
 # lease, a result twice, with a wrong digest or that cannot be one. Who may lease, and what is refused in clear text or by
 # another build.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

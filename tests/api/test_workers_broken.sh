@@ -4,6 +4,7 @@
 #
 # test_workers_broken.sh - workers that lease and bring nothing, beside others that work: who gets what they have lost,
 # who rests, how much one may hold, and whose a lease is.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -5,6 +5,7 @@
 # test_workers_faults.sh - workers and machines that fail while tasks are computed: a worker that hangs, with heartbeats and
 # without, a network that is cut, a full disk, clocks that are wrong or step, a computation that fails everywhere. The
 # answer has the same bits each time.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
