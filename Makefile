@@ -349,8 +349,10 @@ quick:
 	    wait $$!; linted=$$?; cat $(B)/linter.log; exit $$((tested | linted))
 
 # What make check leaves out because it takes too long: tests marked nightly.
-nightly: build-tests
-	SRNFD_NIGHTLY=only tests/run.sh $(B)
+nightly:
+	@deploy/install-deps.sh --tests
+	@$(MAKE) --no-print-directory -s -j2 build-tests
+	@SRNFD_NIGHTLY=only tests/run.sh $(B)
 
 asan clang:
 	$(MAKE) --no-print-directory -j2 CONFIG=$@ build-tests
