@@ -17,6 +17,7 @@
 #
 # A test's source may carry marker lines among its first twenty:
 #   srnfd-test: release-only    is left out of sanitizer builds
+#   srnfd-test: no-asan         is left out of the build with ASan, where tests that the line names run the same code
 #   srnfd-test: alone           runs when no other test does (it measures time)
 #   srnfd-test: nightly         is left out, and runs in make nightly
 #   srnfd-test: slow            is left out of make quick, and starts before the others, so that the last to end is short
@@ -222,6 +223,9 @@ while IFS= read -r source; do
         continue
     fi
     if [ -n "$SRNFD_SANITIZED" ] && marker "$source" release-only; then
+        continue
+    fi
+    if [ "$SRNFD_SANITIZED" = asan ] && marker "$source" no-asan; then
         continue
     fi
     if [ "${SRNFD_NIGHTLY:-}" = only ] && ! marker "$source" nightly; then

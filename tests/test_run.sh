@@ -205,6 +205,15 @@ is "$LAST" '1 passed, 0 failed' 'a release-only test runs in a release build'
 echo '__asan_init' >"$FAKE/build/srnfd"
 run 'test_release|test_pass'
 is "$LAST" '2 passed, 0 failed' 'and not in a sanitizer build'
+script test_elsewhere.sh <<'END'
+# srnfd-test: no-asan (test_pass.sh runs its code)
+echo 1..1; echo 'ok 1 - a'
+END
+run 'test_elsewhere|test_pass'
+is "$LAST" '2 passed, 0 failed' 'what others run under ASan is left out there'
+echo '__tsan_init' >"$FAKE/build/srnfd"
+run 'test_elsewhere|test_pass'
+is "$LAST" '3 passed, 0 failed' 'and only there'
 
 SRNFD_TESTS=$FAKE/tests tests/run.sh "$FAKE/nowhere" >/dev/null 2>&1
 is $? 2 'a folder that is not there is a usage error'

@@ -53,6 +53,12 @@ void srnf_free(void *pointer)
     free(pointer);
 }
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define REFUSING_SANITIZED 1
+#else
+#define REFUSING_SANITIZED 0
+#endif
+
 /* Counts from 0 again and refuses the request of this index. */
 static inline void refusing_at(size_t index)
 {
@@ -83,7 +89,8 @@ static inline size_t refusing_count(const char *name, int (*run)(void))
 }
 
 /* Runs with one request refused: the first `each` requests in turn, then every stride-th; or every
-   STRIDE-th of all where the environment says so, as "make faults" does with 1. Every
+   STRIDE-th of all where the environment says so, as "make faults" does with 1. Sanitizers, which
+   look at each run more closely, see fewer of them. Every
    such run must come to the refusal, end in SRNF_ENOMEM and leave nothing alive; after the last one
    a run that is refused nothing must do what the first one did. Returns how many requests that
    makes. */
@@ -97,6 +104,10 @@ static inline size_t refusing_sweep(const char *name, int (*run)(void), size_t e
         stride = strtoul(asked, NULL, 10);
     }
     printf("# %s: %zu allocations%s\n", name, total, refusing.lasting ? ", one and all after" : "");
+    if (REFUSING_SANITIZED && !asked) {
+        each /= 2;
+        stride *= 3;
+    }
     for (size_t n = 0; n < total; n += n < each ? 1 : stride) {
         size_t made;
         int status;

@@ -133,7 +133,7 @@ static void metrics_survive(void **state)
 {
     (void)state;
     for (metric = SRNF_METRIC_HARMONIC; metric <= SRNF_METRIC_SPHARM; metric++) {
-        refusing_sweep(srnf_metric_name(metric), run_metric, EACH, 7);
+        refusing_sweep(srnf_metric_name(metric), run_metric, FIGURES_SLOW ? 12 : EACH, 7);
     }
 }
 
@@ -143,7 +143,7 @@ static void comparisons_survive(void **state)
     metric = SRNF_METRIC_SRM;
     refusing_sweep("comparison", run_comparison, EACH, 31);
     metric = SRNF_METRIC_HARMONIC;
-    refusing_sweep("comparison without scores", run_comparison, EACH, 1);
+    refusing_sweep("comparison without scores", run_comparison, FIGURES_SLOW ? 4 : EACH, 1);
 }
 
 static void classifiers_survive(void **state)

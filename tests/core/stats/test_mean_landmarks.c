@@ -5,6 +5,7 @@
  * is resumed, spread over threads or has its warps in scratch has the same bits; what is wrong is
  * told by name.
  * srnfd-test: slow
+ * srnfd-test: no-asan (test_stats_allocation.c and api/test_landmarks_mean.sh run its code)
  */
 #include "group.h"
 
