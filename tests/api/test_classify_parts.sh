@@ -13,9 +13,12 @@ run() { # PROCESS INPUTS
 }
 
 start_server "$SCRATCH/data" --workers 2 || exit 1
-# Twelve subjects of two labels. What bumps both parts tells the label, what bumps one and dents the other says nothing and
+# Twelve subjects of two labels; with sanitizers six, which are too few to tell anything, so that figures are for release
+# builds. What bumps both parts tells the label, what bumps one and dents the other says nothing and
 # is larger. The second part of one label is larger, and those of that label are older.
-python3 - "$URL" >"$SCRATCH/members.json" <<'PYTHON'
+N=12
+[ -n "$SRNFD_SANITIZED" ] && N=6
+python3 - "$URL" $N >"$SCRATCH/members.json" <<'PYTHON'
 import json, math, random, sys, urllib.request
 
 def send(path, document):
@@ -35,7 +38,7 @@ def surface(bump, part, scale):
     return send('/v1/surfaces', {'coefficients': {'lmax': lmax, **{a: [scale * x for x in r] for a, r in rows.items()}}})['id']
 
 members = []
-for s in range(12):
+for s in range(int(sys.argv[2])):
     label = s % 2
     together, apart = (0.05 if label else -0.05) + random.gauss(0, 0.01), random.gauss(0, 0.09)
     for part in (0, 1):
@@ -53,6 +56,9 @@ classify() { # COHORT [MORE] [PROCESS]
     run "${3:-classify-parts}" "$(jq -c ". + {cohort: \"$1\"}" <<<"{\"commonPose\":true,\"components\":2,\"covariance\":\"pooled\"${2-}}")"
 }
 ACCURACY='.methods["srnf-gauss"].accuracy'
+tells() { # GOT OPERATOR BOUND NAME: as compare, where subjects are enough
+    [ -n "$SRNFD_SANITIZED" ] || compare "$@"
+}
 
 # ---- One part ------------------------------------------------------------------------------------------
 
@@ -73,33 +79,37 @@ classify both ',"permutations":99,"seed":1,"method":["srnf-gauss","srnf-nn"]'
 is "$STATUS" 200 'two parts'
 cp "$BODY" "$SCRATCH/both.json"
 is "$(json '[.subjects, (.methods["srnf-gauss"].perSubject | length), (.parts | length), (.features | length)] | tostring')" \
-    '[12,12,2,0]' 'of twelve subjects'
-compare "$(json "$ACCURACY")" '>=' 0.9 'tell the label together'
-is "$(json "$ACCURACY as \$all | [.parts[].methods[\"srnf-gauss\"].accuracy < \$all] | tostring")" '[true,true]' \
+    "[$N,$N,2,0]" 'of all subjects'
+tells "$(json "$ACCURACY")" '>=' 0.9 'tell the label together'
+tells "$(json "$ACCURACY as \$all | [.parts[].methods[\"srnf-gauss\"].accuracy < \$all | if . then 1 else 0 end] | add")" '==' 2 \
     'better than either alone'
-compare "$(json '.methods["srnf-gauss"].pValue')" '<=' 0.05 'and not by chance'
+tells "$(json '.methods["srnf-gauss"].pValue')" '<=' 0.05 'and not by chance'
 is "$(json '.comparisons | length')" 1 'the two methods are compared'
 is "$(json '[.parts[].methods["srnf-gauss"] | .onlyTogether - .onlyAlone] ==
     [.methods["srnf-gauss"].correct as $all | .parts[].methods["srnf-gauss"].correct | $all - .]')" true 'counts fit together'
-is "$(json '[.methods["srnf-gauss"].perSubject[].subject] | sort == ([range(12)] | map("s\(.)") | sort)')" true \
+is "$(json '[.methods["srnf-gauss"].perSubject[].subject] | sort == ([range('"$N"')] | map("s\(.)") | sort)')" true \
     'each subject has its name'
-classify both ',"weights":{"first":9,"second":9}'
-is "$(json '[.methods["srnf-gauss"].perSubject[].predicted] | tostring')" \
-    "$(jq -c '[.methods["srnf-gauss"].perSubject[].predicted]' "$SCRATCH/both.json")" 'equal weights decide as none'
+if [ -z "$SRNFD_SANITIZED" ]; then
+    classify both ',"weights":{"first":9,"second":9}'
+    is "$(json '[.methods["srnf-gauss"].perSubject[].predicted] | tostring')" \
+        "$(jq -c '[.methods["srnf-gauss"].perSubject[].predicted]' "$SCRATCH/both.json")" 'equal weights decide as none'
+fi
 classify both ',"weights":{"second":1e-6}'
-compare "$(json "$ACCURACY")" '<' 0.9 'a part that weighs nothing is of no help'
+is "$STATUS" 200 'a part may weigh next to nothing'
+tells "$(json "$ACCURACY")" '<' 0.9 'and is of no help'
 
 # ---- Other numbers -------------------------------------------------------------------------------------
 
 classify both ',"scale":"shape-and-size","components":1'
 is "$(json '.features | tostring')" '["size of second","size of first"]' 'sizes'
-is "$(json "$ACCURACY")" 1 'tell'
+tells "$(json "$ACCURACY")" '==' 1 'tell'
 classify both ',"covariates":["age"],"components":1'
 is "$(json '.features | tostring')" '["age"]' 'a covariate'
-is "$(json "$ACCURACY")" 1 'tells'
-is "$(json '[.inputs.cohort.values[0][], (.inputs.cohort.subjectLabels | length)] | length')" 13 'and stands in the inputs'
+tells "$(json "$ACCURACY")" '==' 1 'tells'
+is "$(json '[.inputs.cohort.values[0][], (.inputs.cohort.subjectLabels | length)] | length')" $((N + 1)) 'and stands in the inputs'
 classify both ',"method":"srnf-nn","covariates":["age"],"sizeWeight":1000'
-is "$(json '.methods["srnf-nn"].accuracy')" 1 'in distances, too, where it weighs enough'
+is "$STATUS" 200 'in distances, too'
+tells "$(json '.methods["srnf-nn"].accuracy')" '==' 1 'where it weighs enough'
 
 # ---- What is wrong -------------------------------------------------------------------------------------
 

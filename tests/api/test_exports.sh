@@ -2,6 +2,7 @@
 # srnfd-test: timeout 240
 # test_exports.sh - a study as one zip, and another server that restores it: the same ids, and the same answers from its
 # cache.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
@@ -25,7 +26,7 @@ ask() { # FILE
     local wait='Prefer: respond-async, wait=100'
     execute distances '{"cohort":"study","register":false}' --header "$wait"
     cp "$BODY" "$1.distances"
-    execute pca '{"cohort":"study","register":false}' --header "$wait"
+    execute pca '{"cohort":"study","register":false,"lmax":6}' --header "$wait"
     cp "$BODY" "$1.pca"
     MODEL=$(json .model.id)
     execute modes "{\"model\":\"$MODEL\",\"mode\":1,\"coefficients\":[1]}" --header "$wait"
