@@ -6,6 +6,12 @@
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
 
+# However busy the machine is, answers come with the result.
+REQUEST_SECONDS=400
+execute() { # PROCESS INPUTS
+    post_json "/v1/processes/$1/execution" "{\"inputs\":$2}" --header 'Prefer: wait=300'
+}
+
 LMAX=6
 NAMES='amygdala caudate hippocampus pallidum putamen thalamus'
 
@@ -43,20 +49,24 @@ is "$(json '[.compactness[].value | real] | . == sort and .[3] <= 1')" true 'com
 is "$(json '[.generalisation[].elastic | real] | . == (sort | reverse)')" true 'more components describe a new subject better'
 is "$(json '[.compactness, .generalisation, .specificity | .[].standardError > 0] | length > 0 and all')" true 'all with standard errors'
 is "$(json '[.refitted, .shared] | tojson')" '[["mean","components"],["registration"]]' 'and it says what was fitted again'
-execute evaluate-model '{"cohort":"sides","register":false,"components":4,"samples":5,"seed":7}'
-is "$STATUS" 200 'the same of the cohort'
-# Distances between SRNFs know no inversion, which between such different shapes has more than one answer.
-
-compare "$(jq -n --slurpfile a "$SCRATCH/model.json" --slurpfile b "$BODY" '
-    [range(4) as $i | (["compactness", "value"], ["generalisation", "elastic"], ["specificity", "elastic"]) as [$c, $m] |
-        $a[0][$c][$i][$m] / $b[0][$c][$i][$m] - 1 | fabs] | max')" '<' 1e-9 'agrees'
+# Distances between SRNFs know no inversion, which between such different shapes has more than one answer. With sanitizers
+# test_subjects.sh evaluates a cohort.
+if [ -z "$SRNFD_SANITIZED" ]; then
+    execute evaluate-model '{"cohort":"sides","register":false,"components":4,"samples":5,"seed":7}'
+    is "$STATUS" 200 'the same of the cohort'
+    compare "$(jq -n --slurpfile a "$SCRATCH/model.json" --slurpfile b "$BODY" '
+        [range(4) as $i | (["compactness", "value"], ["generalisation", "elastic"], ["specificity", "elastic"]) as [$c, $m] |
+            $a[0][$c][$i][$m] / $b[0][$c][$i][$m] - 1 | fabs] | max')" '<' 1e-9 'agrees'
+fi
 execute evaluate-model '{"cohort":"sides","register":false,"components":11}'
 is_problem 422 invalid-input 'more components than the group allows are refused'
 like "$(json '.errors[0].pointer')" '/inputs/components' 'at their place'
 
-execute pca '{"cohort":"sides","register":false,"components":2}'
-execute evaluate-model "{\"model\":\"$(json .model.id)\"}"
-like "$(json '.exception.detail // .detail')" 'keeps' 'a model that was cut off is refused'
+if [ -z "$SRNFD_SANITIZED" ]; then
+    execute pca '{"cohort":"sides","register":false,"components":2}'
+    execute evaluate-model "{\"model\":\"$(json .model.id)\"}"
+    like "$(json '.exception.detail // .detail')" 'keeps' 'a model that was cut off is refused'
+fi
 execute evaluate-model "{\"model\":\"$MODEL\",\"register\":true}"
 is_problem 422 invalid-input 'options of the mean are not those of a model'
 
@@ -88,6 +98,7 @@ execute compare-groups '{"cohort":"sides","register":false,"permutations":199,"s
 is "$(json .surface.id)" "$SURFACE" 'the same seed gives the same map'
 execute compare-groups '{"cohort":"sides","register":false,"permutations":99,"covariates":["age"]}'
 is "$STATUS $(json '.regressedOut | tojson')" '200 ["age"]' 'with a covariate regressed out'
+cp "$BODY" "$SCRATCH/age.json"
 isnt "$(json .surface.id)" "$SURFACE" 'the map is another'
 
 execute compare-groups '{"cohort":"sides","covariates":["volume"]}'
@@ -111,7 +122,7 @@ execute compare-groups '{"cohort":"sides","register":false,"permutations":99,"co
 is "$STATUS $(json '[.warnings[] | select(.code == "covariates-collinear") | .figures.covariate] | join(" ")')" '200 near' \
     'covariates that tell the groups are warned of'
 compare "$(json '.warnings[] | select(.code == "covariates-collinear") | .figures.inflation')" '>' 10 'with the inflation'
-execute compare-groups '{"cohort":"sides","register":false,"permutations":99,"covariates":["age"]}'
+cp "$SCRATCH/age.json" "$BODY"
 is "$(json '[.warnings[] | select(.code == "covariates-collinear")] | length')" 0 'and others are not'
 execute compare-groups '{"cohort":"four"}'
 is_problem 422 invalid-input 'few subjects are refused'

@@ -6,6 +6,12 @@
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
 
+# However busy the machine is, answers come with the result.
+REQUEST_SECONDS=400
+execute() { # PROCESS INPUTS
+    post_json "/v1/processes/$1/execution" "{\"inputs\":$2}" --header 'Prefer: wait=300'
+}
+
 LMAX=4
 start_server "$SCRATCH/data" --workers 2 || exit 1
 
@@ -65,8 +71,10 @@ execute classify "{\"cohort\":\"within\",$UNREGISTERED}"
 is "$STATUS $(json '[.members, .subjects] | tojson')" '200 [12,6]' 'but be classified, each subject left out'
 execute classify '{"cohort":"repeated","components":4,"covariance":"pooled"}'
 is_problem 422 invalid-input 'six subjects determine three components'
-execute classify '{"cohort":"repeated","components":3,"covariance":"pooled","refit":"shared","commonPose":true}'
-is "$STATUS" 200 'and no fewer'
+if [ -z "$SRNFD_SANITIZED" ]; then
+    execute classify '{"cohort":"repeated","components":3,"covariance":"pooled","refit":"shared","commonPose":true}'
+    is "$STATUS" 200 'and no fewer'
+fi
 
 # ---- compare-groups ----------------------------------------------------------------------------------
 
@@ -113,9 +121,9 @@ doubles() { # PROCESS INPUTS
     is "$(json '[.warnings[] | select(.code == "duplicate-content")] | (.[0].detail | test("t1") and test("other")) and (.[1].detail | test("both of subject p2"))')" true \
         '  and of whose they are'
 }
-doubles classify "{\"cohort\":\"copies\",$UNREGISTERED}"
 doubles distances '{"cohort":"copies","register":false}'
 if [ -z "$SRNFD_SANITIZED" ]; then # all by the same lines; test_quality.sh runs these processes with sanitizers
+    doubles classify "{\"cohort\":\"copies\",$UNREGISTERED}"
     doubles compare-groups '{"cohort":"copies","register":false,"permutations":99}'
     doubles mean '{"cohort":"copies","register":false}'
     doubles pca '{"cohort":"copies","register":false}'
@@ -134,8 +142,10 @@ post_json /v1/cohorts "{\"name\": \"images\", \"members\": [{\"id\": \"$MESH\"},
     {\"id\": $(jq '.[3]' <<<"$PALLIDA")}, {\"id\": $(jq '.[3]' <<<"$PALLIDA"), \"mirror\": true}]}"
 execute distances '{"cohort":"images","register":false}'
 is "$STATUS $(json '[.warnings[] | select(.code == "duplicate-content")] | length')" '200 0' 'mirror images are not'
-execute mean '{"cohort":"images","register":false}'
-is "$STATUS $(json '[.warnings[] | select(.code == "duplicate-content")] | length')" '200 0' 'in a mean either'
+if [ -z "$SRNFD_SANITIZED" ]; then
+    execute mean '{"cohort":"images","register":false}'
+    is "$STATUS $(json '[.warnings[] | select(.code == "duplicate-content")] | length')" '200 0' 'in a mean either'
+fi
 
 # ---- Models ------------------------------------------------------------------------------------------
 
@@ -161,8 +171,10 @@ is "$(tr ' ' '\n' <<<"$IDS" | grep -c .) $(tr ' ' '\n' <<<"$IDS" | grep . | sort
 is "$(sed 's/,[^]]*//g' <<<"$LIMITS")" '200 [6] 200 [6] 200 [12] 200 [null] ' 'limits rest on subjects'
 is "$(tr ' ' '\n' <<<"$LIMITS" | grep '^\[' | sort -u | wc -l)" 4 'and differ with what is left out'
 is "$WARNED_repeated, $WARNED_single, $WARNED_pair" '0 1, 0 1, 1 0' 'a model of two subjects judges nobody'
-execute pca '{"cohort":"repeated","register":false,"components":11}'
-is "$(json .model.id)" "${IDS%% *}" 'made again, it is the model that there is'
+if [ -z "$SRNFD_SANITIZED" ]; then
+    execute pca '{"cohort":"repeated","register":false,"components":11}'
+    is "$(json .model.id)" "${IDS%% *}" 'made again, it is the model that there is'
+fi
 
 stop_server "$SERVER_PID" || not_ok 'the server ends well'
 done_testing
