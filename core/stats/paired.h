@@ -6,6 +6,7 @@
 
 #include "maps.h"
 #include "stats.h"
+#include "subjects.h"
 #include "srnf/paired.h"
 
 struct paired_run {
@@ -40,5 +41,10 @@ SRNF_CHECKED int paired_flip(struct paired_run *run, struct stats_progress progr
                              struct srnf_error *error);
 /* paired_bootstrap.c: intervals. */
 SRNF_CHECKED int paired_bootstrap(struct paired_run *run, struct srnf_error *error);
+/* The interval of an estimate from n drawn ones, which are sorted: basic, or of log-normal kind.
+   value and drawn are squares where `root`, of which the roots are told. */
+void paired_estimate(struct srnf_estimate *to, double value, bool basic, bool root, size_t n,
+                     double *drawn);
+int paired_compare_doubles(const void *a, const void *b); /* for qsort */
 
 #endif

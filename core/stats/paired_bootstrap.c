@@ -59,7 +59,7 @@ static double weight_of(const struct paired_run *run, size_t i)
     return run->weights ? run->weights[i] : 1.0;
 }
 
-static int compare_doubles(const void *a, const void *b)
+int paired_compare_doubles(const void *a, const void *b)
 {
     double x = *(const double *)a;
     double y = *(const double *)b;
@@ -76,14 +76,13 @@ static double quantile(size_t n, const double *sorted, double part)
     return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
 }
 
-/* value and drawn are squares where `root`, of which the roots are told. */
-static void set_estimate(struct srnf_estimate *to, double value, bool basic, bool root, size_t n,
-                         double *drawn)
+void paired_estimate(struct srnf_estimate *to, double value, bool basic, bool root, size_t n,
+                     double *drawn)
 {
     double ends[2];
     double half = 0.5 * (1.0 - LEVEL);
 
-    qsort(drawn, n, sizeof(double), compare_doubles);
+    qsort(drawn, n, sizeof(double), paired_compare_doubles);
     for (size_t k = 0; k < 2; k++) {
         double q = quantile(n, drawn, k ? half : 1.0 - half);
 
@@ -93,7 +92,7 @@ static void set_estimate(struct srnf_estimate *to, double value, bool basic, boo
     ends[1] = fmax(ends[1], value);
     to->value = root ? sqrt(value) : value;
     to->interval[0] = root ? sqrt(ends[0]) : ends[0];
-    to->interval[1] = root ? sqrt(ends[1]) : fmin(ends[1], 1.0);
+    to->interval[1] = root ? sqrt(ends[1]) : ends[1];
 }
 
 int paired_bootstrap(struct paired_run *run, struct srnf_error *error)
@@ -135,8 +134,9 @@ int paired_bootstrap(struct paired_run *run, struct srnf_error *error)
         }
     }
     for (size_t e = 0; e < ESTIMATES && status == SRNF_OK; e++) {
-        set_estimate(to[e], observed[e], e == 0 || e == 3, e < 3, samples, drawn + e * samples);
+        paired_estimate(to[e], observed[e], e == 0 || e == 3, e < 3, samples, drawn + e * samples);
     }
+    out->share.interval[1] = fmin(out->share.interval[1], 1.0);
     srnf_free(counts);
     srnf_free(drawn);
     return status;

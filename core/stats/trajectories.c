@@ -52,6 +52,7 @@ void srnf_trajectories_clear(struct srnf_trajectories *trajectories)
     }
     srnf_free(trajectories->slope_at);
     srnf_free(trajectories->subject);
+    srnf_free(trajectories->exchanged);
     srnf_paired_clear(&trajectories->slope);
     srnf_regression_clear(&trajectories->model);
     *trajectories = (struct srnf_trajectories){0};
@@ -261,7 +262,7 @@ static int compute(struct trajectory_run *run, struct srnf_error *error)
         context = stats_part_enter(&part, COST_PREDICT);
         status = trajectory_predict(run, &context, error);
     }
-    return status;
+    return status ? status : trajectory_doubts(run, error);
 }
 
 int srnf_fit_trajectories(const struct srnf_sht *sht, const struct srnf_visits *visits,

@@ -55,5 +55,7 @@ SRNF_CHECKED int trajectory_predict(struct trajectory_run *run, const struct srn
    displacements. */
 SRNF_CHECKED int trajectory_subjects(struct trajectory_run *run, const double *const gram[2],
                                      struct srnf_error *error);
+/* trajectories_doubts.c: left of each subject, and the exchanged visits. */
+SRNF_CHECKED int trajectory_doubts(struct trajectory_run *run, struct srnf_error *error);
 
 #endif

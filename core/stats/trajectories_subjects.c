@@ -68,6 +68,8 @@ static void describe(struct trajectory_run *run, const double *const gram[2], co
         out->deviation[i] = sqrt(square);
         out->along[i] = others2 > 0.0 ? (own - along) / sqrt(others2) : 0.0;
         out->distance[i] = sqrt(gram[0][i * n + i]);
+        run->out->subject[i].turned =
+            square > 0.0 ? sqrt(fmax(4.0 * (own - along) + square, 0.0) / square) : INFINITY;
         run->out->subject[i].speed = others2 > 0.0 ? (own - along) / others2 : 0.0;
     }
 }

@@ -55,9 +55,12 @@ struct srnf_trajectories_options srnf_trajectories_options_defaults(void);
 /* Of a subject beside the others: what the model of all others predicts for its slope. */
 struct srnf_subject_trajectory {
     size_t visits;
-    double first, last;           /* times */
-    double weight;                /* 1 on average */
-    double speed;                 /* its part along that prediction, over the prediction's length */
+    double first, last; /* times */
+    double weight;      /* 1 on average */
+    double left;   /* variance of its visits about its line, squared L2 of SRNFs; 0: two visits */
+    double turned; /* how far the opposite of its slope is from what the others predict for it, over
+                      how far its slope is: small where its visits are in reversed order */
+    double speed;  /* its part along that prediction, over the prediction's length */
     struct srnf_norm_rank odd;    /* its distance from that in L2, in standard deviations, among the
                                      same of the others */
     struct srnf_norm_rank faster; /* its speed among those of the others */
@@ -67,6 +70,14 @@ struct srnf_subject_trajectory {
 struct srnf_predicted_slope {
     double *normal, *standard_error; /* [P] */
     double *confidence; /* [P] half the width of a 95 % region that holds at all nodes together */
+};
+
+/* Visits of two subjects that seem to have changed places. */
+struct srnf_exchanged_visits {
+    size_t members[2];
+    /* Root mean squares of the visits of either subject about their mean, over the median of all
+       subjects', as they are and with the two exchanged. */
+    double before[2], after[2];
 };
 
 struct srnf_trajectories {
@@ -84,6 +95,10 @@ struct srnf_trajectories {
     struct srnf_regression model;
     struct srnf_predicted_slope *slope_at;   /* [points] */
     struct srnf_subject_trajectory *subject; /* [subjects] in the order of first appearance */
+    /* Each subject is in one at most: with the two exchanged neither scatters more than usual, and
+       both do as they are (core/stats/trajectories_doubts.c). */
+    struct srnf_exchanged_visits *exchanged;
+    size_t exchanges;
 };
 void srnf_trajectories_clear(struct srnf_trajectories *trajectories);
 

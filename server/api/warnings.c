@@ -50,11 +50,17 @@ static const char *const codes[] = {
     "registration-truncated",
     "self-crossing",
     "shapes-omitted",
+    "slope-odd",
+    "slope-reversed",
+    "spans-differ",
     "surface-flat",
     "surface-inside-out",
     "topology-changed",
     "training-subject",
     "transform-not-applied",
+    "visits-coincide",
+    "visits-exchanged",
+    "visits-off-line",
 };
 
 static bool is_known(const char *code)

@@ -16,11 +16,18 @@ struct trajectories {
    canonical cohort gets times and the design, that has atTimes. */
 extern const struct input_own trajectories_cohort, trajectories_formula;
 void trajectories_describe(struct process_inputs *given);
+/* trajectories_order.c: the members in an order that is theirs whatever the cohort's is (new
+   reference; NULL without memory), with what the canonical cohort says of them. */
+json_t *trajectories_order(json_t *cohort, const json_t *members);
 
 /* trajectories_result.c: the document of regress with what slopes are; NULL with the problem set.
    lengths: [members] roots of areas in units of the input. */
 json_t *trajectories_document(struct jobs_run *run, const struct trajectories *asked,
                               const struct group_mean *mean, const struct srnf_trajectories *found,
                               struct jobs_result *result);
+
+/* trajectories_doubts.c: warnings of visits that look mistaken. */
+void trajectories_warn(struct jobs_run *run, const struct trajectories *asked,
+                       const struct srnf_trajectories *found, json_t *document);
 
 #endif

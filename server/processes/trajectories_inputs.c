@@ -132,20 +132,20 @@ static double time_of(const json_t *members, size_t i)
 /* Every member needs a subject and a time. */
 static bool check_members(struct process_inputs *given, const json_t *members)
 {
+    char who[GROUP_MEMBER_TEXT];
+
     for (size_t i = 0; i < json_array_size(members); i++) {
         const json_t *member = json_array_get(members, i);
 
         if (!json_is_string(json_object_get(member, "subject"))) {
-            problem_add(given->list, POINTER,
-                        "member %zu (%.40s) has no subject: slopes are those of subjects", i,
-                        text_of(members, i, "id"));
+            group_member_text(given, members, i, who);
+            problem_add(given->list, POINTER, "%s has no subject: slopes are those of subjects",
+                        who);
             return false;
         }
         if (!json_is_number(json_object_get(member, "time"))) {
-            problem_add(given->list, POINTER,
-                        "member %zu (%.40s) has no time, or one that is no "
-                        "number",
-                        i, text_of(members, i, "id"));
+            group_member_text(given, members, i, who);
+            problem_add(given->list, POINTER, "%s has no time, or one that is no number", who);
             return false;
         }
     }
@@ -313,14 +313,19 @@ static void set_constant(struct process_inputs *given, const json_t *members, js
                                         at_rows, "beyond", "tests"));
 }
 
+/* times and design of the canonical cohort, of its members as they are there. */
 static void describe(struct process_inputs *given, const json_t *members, const double span[2],
                      json_t *cohort)
 {
     const char *text = json_string_value(json_object_get(given->canonical, "formula"));
     struct formula *formula = srnf_alloc(1, sizeof *formula);
-    json_t *points = json_array(), *times = json_array();
+    json_t *points = json_array(), *times = json_array(), *visits = json_array();
     char problem[FORMULA_PROBLEM_MAX];
 
+    for (size_t i = 0; i < json_array_size(members); i++) {
+        (void)json_array_append_new(visits, json_real(time_of(members, i) + 0.0));
+    }
+    (void)json_object_set_new(cohort, "times", visits);
     if (!formula) {
         json_memory_fail();
     } else if (split_points(given, points, times)) {
@@ -339,7 +344,7 @@ static void describe(struct process_inputs *given, const json_t *members, const 
 
 void trajectories_describe(struct process_inputs *given)
 {
-    json_t *cohort = json_object_get(given->canonical, "cohort"), *times = json_array();
+    json_t *cohort = json_object_get(given->canonical, "cohort"), *ordered = NULL;
     json_t *members = group_stored_members(given);
     size_t n = json_array_size(members), count = 0, largest = 0;
     size_t *of = NULL;
@@ -357,14 +362,18 @@ void trajectories_describe(struct process_inputs *given)
         json_memory_fail();
     } else if (check_members(given, members) && find_span(given, members, span) &&
                check_subjects(given, members, of)) {
-        for (size_t i = 0; i < n; i++) {
-            (void)json_array_append_new(times, json_real(time_of(members, i) + 0.0));
+        describe(given, members, span, cohort); /* which numbers members as the cohort does */
+        if (!given->list->errors) {
+            ordered = trajectories_order(cohort, members);
+            if (ordered) {
+                describe(given, ordered, span, cohort);
+            } else {
+                json_memory_fail();
+            }
         }
-        (void)json_object_set(cohort, "times", times);
-        describe(given, members, span, cohort);
     }
 out:
     srnf_free(of);
-    json_decref(times);
+    json_decref(ordered);
     json_decref(members);
 }

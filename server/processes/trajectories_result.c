@@ -156,5 +156,6 @@ json_t *trajectories_document(struct jobs_run *run, const struct trajectories *a
         (void)json_object_set_new(document, "model", json_null());
     }
     permutation_warn(warnings_of(document), &found->slope.test, "slope.pValue cannot be");
+    trajectories_warn(run, asked, found, document);
     return document;
 }

@@ -9,6 +9,7 @@
 
 #include "api/cohorts.h"
 #include "api/warnings.h"
+#include "toolkit/group.h"
 
 #define NAMES_SHOWN 240
 #define INFLATION_WARNED 10.0 /* the usual rule of thumb */
@@ -65,15 +66,16 @@ static void refuse_text(struct process_inputs *inputs, const json_t *members, si
 static void refuse_value(struct process_inputs *inputs, const json_t *members, size_t i,
                          const json_t *value, const char *name, const char *pointer)
 {
-    char there[NAMES_SHOWN];
+    char there[NAMES_SHOWN], who[GROUP_MEMBER_TEXT];
 
     if (value && !json_is_null(value)) {
         refuse_text(inputs, members, i, name, pointer);
         return;
     }
     list_names(members, there);
-    problem_add(inputs->list, pointer, "member %zu of the cohort has no covariate \"%.60s\"; %s%s",
-                i, name, there[0] ? "the cohort has " : "the cohort has none", there);
+    group_member_text(inputs, members, i, who);
+    problem_add(inputs->list, pointer, "%s of the cohort has no covariate \"%.60s\"; %s%s", who,
+                name, there[0] ? "the cohort has " : "the cohort has none", there);
 }
 
 /* Those of one name, of all members; NULL with a problem noted at the pointer. */

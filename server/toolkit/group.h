@@ -98,6 +98,10 @@ bool group_find_cohort(struct process_inputs *inputs, const json_t *value,
 /* The members of the canonical cohort as the store has them, with all that it says of them (new
    reference; NULL where it is gone by now, or answered). */
 json_t *group_stored_members(struct process_inputs *inputs);
+/* Such a member in words: its place, its id, the name of that and its subject. */
+#define GROUP_MEMBER_TEXT 256
+void group_member_text(struct process_inputs *inputs, const json_t *members, size_t i,
+                       char text[GROUP_MEMBER_TEXT]);
 /* Notes a problem where n fields of that degree, `copies` of them for each surface, and `more`
    bytes are beyond the memory of a job. */
 void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies,

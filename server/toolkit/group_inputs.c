@@ -13,6 +13,8 @@
 #include "api/cohorts.h"
 #include "toolkit/routes.h"
 #include "store/cohort.h"
+#include "store/mesh.h"
+#include "store/surface.h"
 
 #define MIB 1048576.0
 #define MEMORY_WITHOUT_ENGINE (2048.0 * MIB) /* of a job that nothing would run */
@@ -207,6 +209,39 @@ json_t *group_stored_members(struct process_inputs *inputs)
     }
     store_cohort_clear(&stored);
     return members;
+}
+
+/* The name that the owner gave to a mesh or surface, as that of its file; empty without one. */
+static void name_of(struct process_inputs *inputs, const char *id, size_t size, char *name)
+{
+    struct store *store = inputs->call->api->config.store;
+    const char *owner = inputs->call->request->caller.name;
+    struct store_surface surface = {0};
+    struct store_mesh mesh = {0};
+    const char *found = NULL;
+
+    if (compute_is_mesh(id)) {
+        found = store_mesh_get_as(store, owner, id, &mesh) == STORE_OK ? mesh.name : NULL;
+    } else if (store_surface_get_as(store, owner, id, false, &surface) == STORE_OK) {
+        found = surface.name;
+    }
+    (void)snprintf(name, size, "%.60s", found ? found : "");
+    store_mesh_clear(&mesh);
+    store_surface_clear(&surface);
+}
+
+void group_member_text(struct process_inputs *inputs, const json_t *members, size_t i,
+                       char text[GROUP_MEMBER_TEXT])
+{
+    const json_t *member = json_array_get(members, i);
+    const char *id = json_string_value(json_object_get(member, "id"));
+    const char *subject = json_string_value(json_object_get(member, "subject"));
+    char name[64];
+
+    name_of(inputs, id ? id : "?", sizeof name, name);
+    (void)snprintf(text, GROUP_MEMBER_TEXT, "member %zu (%.40s%s%s%s%s%.60s%s)", i, id ? id : "?",
+                   name[0] ? ", \"" : "", name, name[0] ? "\"" : "",
+                   subject ? ", of subject \"" : "", subject ? subject : "", subject ? "\"" : "");
 }
 
 void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies,

@@ -103,7 +103,7 @@ isnt "$(json .surface.id)" "$SURFACE" 'the map is another'
 
 execute compare-groups '{"cohort":"sides","covariates":["volume"]}'
 is_problem 422 invalid-input 'a covariate that members do not have is refused'
-is "$(json '.errors[0].detail')" 'member 0 of the cohort has no covariate "volume"; the cohort has "age", "near", "one"' \
+like "$(json '.errors[0].detail')" '^member 0 .surf-[0-9a-f]+.* of the cohort has no covariate "volume"; the cohort has "age", "near", "one"$' \
     'by name, with those there are'
 MIXED=$(jq -c '[.[] | .covariates.age |= tostring] | .[3].covariates.age = "old"' <<<"[${MEMBERS#,}]")
 post_json /v1/cohorts "{\"name\":\"mixed\",\"members\":$MIXED}"

@@ -141,7 +141,7 @@ refused() { # COHORT-FILTER PATTERN MORE
 }
 refused 'del(.[1:3])' '422 /inputs/cohort subject "s0" has one visit, member 0; a slope needs two'
 refused '.[0:3] |= map(.time = 7)' 'all visits of subject "s0" are at one time, as member 0; a slope needs two'
-refused 'del(.[4].time)' 'member 4 .surf-.* has no time, or one that is no number'
+refused 'del(.[4].time)' 'member 4 .surf-[0-9a-f]*, of subject "s1". has no time, or one that is no number'
 refused 'del(.[4].subject)' 'member 4 .surf-.* has no subject'
 refused '.[0:12]' 'has 4 subjects; 5 are needed'
 refused 'map(if .subject == "s2" then .label = "rare" else . end)' '/inputs/formula level "rare" of "group" has one subject' \
@@ -160,6 +160,66 @@ refused . '/inputs/at/1/time is 1e.308, more than 1e.06 times the span of the vi
     ',"at":[{"time":61},{"time":1e308}]'
 run study ',"at":[{"time":80}]'
 is "$(json '[.warnings[] | select(.code == "extrapolated")] | length')" 1 'a time beyond the visits is told'
+
+# What a table looks like that is mistaken: every one is told by the names of subjects.
+doubts() { # FILTER PATTERN WHAT
+    cohort doubtful "map(select(.subject != \"s9\")) | $1"
+    run doubtful
+    like "$STATUS $(json '[.warnings[] | select(.code | test("^(slope|spans|visits)-")) | "\(.code) \(.figures.subjects // .figures.members | join(",")): \(.detail)"] | join(" | ")')" \
+        "$2" "$3"
+}
+doubts . '^200 $' 'a sound table has none of these warnings'
+doubts '.[1].time = .[0].time' '^200 visits-coincide s0: Two visits of one subject are at the same time, 60: s0 .* and s0 .*' \
+    'a time that is there twice'
+doubts '.[0:3] |= map(.time = -.time)' 'slope-reversed s0: Subject "s0" changes against all' 'visits in reversed order'
+doubts 'map(if .subject == "s2" or .subject == "s5" then .time *= 365 else . end)' \
+    'spans-differ s2,s5: Times may be in different units: .* subject "s2" .and 1 more subject. takes 730 to 730, the 7 others 2 to 3' \
+    'times in days among years'
+doubts 'map(if .subject == "s2" then .time *= 12 else . end)' 'spans-differ s2: ' 'times in months among years'
+doubts '.[0].subject = "s2" | .[6].subject = "s0"' 'visits-exchanged s0 .*,s2 .*seem exchanged' 'visits exchanged between subjects'
+doubts '.[7].time = 1000' 'visits-off-line s2: The 3 visits of subject "s2"' 'a visit that is off the line of its subject'
+cohort study .
+run study ',"formula":"shape ~ group"'
+like "$(json '[.warnings[] | select(.code == "slope-odd") | "\(.figures.subjects[0]) \(.detail)"] | join(" ")')" \
+    '^s9 The slope of subject "s9" is [0-9.]+ times as far' 'a subject that is unlike all others'
+
+# Neither the order of the members nor the poses that surfaces lie in say anything of a subject.
+result() { json 'del(.seconds, .inputs, .jobID, .links, .model.created) | del(.. | .id?, .created?, .links?, .source?) | tojson'; }
+cohort usual 'map(select(.subject != "s9"))'
+run usual ',"formula":"shape ~ group","fields":true'
+result >"$SCRATCH/forward"
+cohort usual 'map(select(.subject != "s9")) | reverse'
+run usual ',"formula":"shape ~ group","fields":true'
+is "$(result | cmp - "$SCRATCH/forward" 2>&1)" '' 'in another order they are the same, bit for bit'
+python3 - "$URL" >"$SCRATCH/members.json" <<'PYTHON'
+import json, math, random, sys, urllib.request
+
+def send(path, document):
+    request = urllib.request.Request(sys.argv[1] + path, json.dumps(document).encode(), {'Content-Type': 'application/json'})
+    return json.load(urllib.request.urlopen(request))
+
+def turn(seed):
+    w, x, y, z = [random.Random(4 * seed + k).gauss(0, 1) for k in range(4)]
+    n = math.sqrt(w * w + x * x + y * y + z * z)
+    w, x, y, z = w / n, x / n, y / n, z / n
+    return [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+
+def surface(pose, time):
+    rows = {axis: [0.0] * 36 for axis in 'xyz'}
+    rows['x'][3], rows['y'][1], rows['z'][2] = 1.5 + 0.1 * time, 1.2, 1.0
+    for axis in 'xyz':
+        for k in range(4, 16):
+            rows[axis][k] = 0.1 * math.sin(ord(axis) * k * k)
+    old = [rows[axis] for axis in 'xyz']
+    turned = {axis: [sum(r * old[j][k] for j, r in enumerate(row)) for k in range(36)] for axis, row in zip('xyz', turn(pose))}
+    return send('/v1/surfaces', {'coefficients': {'lmax': 5, **turned}})['id']
+
+print(json.dumps([{'id': surface(s, t), 'subject': f's{s}', 'time': t} for s in range(6) for t in range(3)]))
+PYTHON
+cohort posed .
+run posed
+compare "$(json '[.perSubject[].length] | max / min - 1')" '<' 1e-6 'in other poses a subject changes as fast'
 
 stop_server || not_ok 'the server ends well'
 done_testing

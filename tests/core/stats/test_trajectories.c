@@ -356,6 +356,80 @@ static void surfaces_that_are_known_are_not_searched(void **state)
     lines_close(&l);
 }
 
+/* ---- Doubts ---------------------------------------------------------------------------------- */
+
+static void exchange_visits(struct lines *l, size_t a, size_t b)
+{
+    for (size_t k = 0; k < l->size; k++) {
+        double swap = l->q[a * l->size + k];
+
+        l->q[a * l->size + k] = l->q[b * l->size + k];
+        l->q[b * l->size + k] = swap;
+    }
+}
+
+/* The last visit of one subject in the place of another's, in each of 20 studies with three visits;
+   and 40 sound studies, half of them of subjects who differ no more than their visits do. */
+static void exchanged_visits_are_found(void **state)
+{
+    size_t found = 0;
+    size_t wrong = 0;
+
+    (void)state;
+    for (size_t run = 0; run < 60; run++) {
+        bool sound = run >= 20;
+        const struct lines_plan plan = {
+            10, sound && run % 2, 0.05, 0.0, 0.02, sound && run % 4 > 1 ? 0.05 : 0.005, 300 + run};
+        struct srnf_trajectories out;
+        struct lines l;
+        size_t second = lines_visits(&plan, 0) + lines_visits(&plan, 1) - 1;
+
+        lines_open(&l, &plan);
+        if (!sound) {
+            exchange_visits(&l, 0, second);
+        }
+        assert_int_equal(lines_fit(&l, 9, run, NULL, &out), SRNF_OK);
+        if (!sound) {
+            bool right = out.exchanges == 1 && l.subjects[out.exchanged[0].members[0]] == 0 &&
+                         l.subjects[out.exchanged[0].members[1]] == l.subjects[second];
+
+            found += right;
+            assert_true(!right || out.exchanged[0].after[0] < out.exchanged[0].before[0]);
+        } else {
+            wrong += out.exchanges;
+        }
+        srnf_trajectories_clear(&out);
+        lines_close(&l);
+    }
+    printf("# exchanged visits: %zu of 20 found, %zu in 40 sound studies\n", found, wrong);
+    assert_true(found == 20 && wrong == 0);
+}
+
+/* Times in reversed order, and a visit that is another's: both stand out, and nobody else. */
+static void reversed_and_stray_visits_stand_out(void **state)
+{
+    const struct lines_plan plan = {10, false, 0.2, 0.0, 0.02, 0.005, 7};
+    struct srnf_trajectories out;
+    struct lines l;
+
+    (void)state;
+    lines_open(&l, &plan);
+    for (size_t i = 6; i < 9; i++) {
+        l.times[i] = -l.times[i];
+    }
+    exchange_visits(&l, 13, 14); /* times mixed up within the subject */
+    assert_int_equal(lines_fit(&l, 9, 1, NULL, &out), SRNF_OK);
+    for (size_t i = 0; i < l.n; i++) {
+        const struct srnf_subject_trajectory *one = &out.subject[i];
+
+        assert_true((one->speed < 0.0) == (i == 2));
+        assert_true((one->turned < 0.5) == (i == 2));
+        assert_true((one->left > 4.0 * out.subject[0].left) == (i == 4));
+    }
+    srnf_trajectories_clear(&out);
+    lines_close(&l);
+}
+
 /* ---- Rates ----------------------------------------------------------------------------------- */
 
 static void nothing_is_found_at_the_level(void **state)
@@ -564,6 +638,8 @@ int main(void)
         cmocka_unit_test(p_is_that_of_all_flips),
         cmocka_unit_test(p_of_groups_is_that_of_all_choices),
         cmocka_unit_test(surfaces_that_are_known_are_not_searched),
+        cmocka_unit_test(exchanged_visits_are_found),
+        cmocka_unit_test(reversed_and_stray_visits_stand_out),
         cmocka_unit_test(nothing_is_found_at_the_level),
         cmocka_unit_test(results_do_not_depend_on_threads),
         cmocka_unit_test(stops_when_asked),
