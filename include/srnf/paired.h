@@ -90,6 +90,46 @@ SRNF_CHECKED int srnf_paired_differences(const struct srnf_sht *sht, const struc
                                          const struct srnf_context *context,
                                          struct srnf_paired *paired, struct srnf_error *error);
 
+/* Measurements of both sides of subjects, some of them repeated. */
+struct srnf_measurements {
+    size_t n;               /* measurements */
+    const double *q;        /* [n][3][n_theta][n_phi], registered to the mean of all */
+    const double *sizes;    /* [n] by which lengths are multiplied, positive */
+    const size_t *subjects; /* [n] as in srnf/subjects.h: 5 at least, each with both sides */
+    const int *side;        /* [n] 0 or 1 */
+};
+
+/* Analysis of variance of individuals and sides: mean squares are of squared L2 norms of SRNFs. */
+struct srnf_asymmetry_test {
+    struct srnf_permutation_test test; /* relabellings: of measurements within subjects */
+    double individual, side;           /* mean squares of the two, of subjects - 1 and 1 */
+    double interaction, error;         /* and those that are compared */
+    size_t freedom[2];                 /* of these: subjects - 1, n - 2 subjects */
+    struct srnf_estimate f;            /* interaction over error */
+    double p_value;                    /* of that */
+    /* Standard deviation in L2 of the difference of a subject's sides that is no error, and that of
+       a measurement; and the share of the former in the variance of the difference of one
+       measurement of either side. */
+    struct srnf_estimate fluctuating, measured, repeatability;
+};
+
+/*
+ * Whether the sides of subjects differ by more than what they are measured wrongly by, once what all
+ * subjects have in common is taken out (formulae in core/stats/paired_measured.c).
+ *   options  [in]  permutations, bootstraps and seed
+ *   found    [out] nothing to free; untouched on error
+ * Equal seeds give equal results, on any number of threads.
+ * Cost: n^2 multiply-adds for each permutation. Memory: 24 bytes a node and measurement.
+ * Errors: SRNF_EINVAL (as srnf_paired_differences; a subject without a side; no side of any subject
+ * that is measured twice), SRNF_EDEGENERATE (measurements of a side that are all equal),
+ * SRNF_ENOMEM, SRNF_ECANCELED.
+ */
+SRNF_CHECKED int srnf_test_asymmetry(const struct srnf_sht *sht,
+                                     const struct srnf_measurements *measurements,
+                                     const struct srnf_paired_options *options,
+                                     const struct srnf_context *context,
+                                     struct srnf_asymmetry_test *found, struct srnf_error *error);
+
 #pragma GCC visibility pop
 #ifdef __cplusplus
 }

@@ -9,7 +9,9 @@
 
 static const struct process_input inputs[] = {
     {"cohort", INPUT_OWN, offsetof(struct paired, group),
-     "A cohort whose members have a subject and a side: a left and a right one of each subject. "
+     "A cohort whose members have a subject and a side: a left and a right one of each subject, or "
+     "several measurements of sides, each with a covariate replicate that tells it from the "
+     "others. "
      "Where the cohort does not bring all to one hand by mirror, the right ones are mirrored.",
      .required = true, .own = &paired_cohort},
     {"mixedRoutes", INPUT_BOOLEAN, offsetof(struct paired, group.mixed_routes),
@@ -24,7 +26,18 @@ static const struct process_output outputs[] = {
      "left to right, in the units of the input, 95 % by bootstrap of subjects."},
     {"fluctuating", PAIRED_ESTIMATE,
      "{value, interval}: standard deviation of the subjects' displacements about it, as those. "
-     "What each surface is measured wrongly by is in it."},
+     "What each surface is measured wrongly by is in it: see replicates."},
+    {"replicates", OUTPUT_OBJECT_OR_NULL,
+     "Where sides were measured repeatedly, the analysis of variance of individuals and sides, of "
+     "all measurements as they are registered to their mean: {measurements, individual, side, "
+     "interaction and error (mean squares, of squared L2 norms of SRNFs), degreesOfFreedom (of the "
+     "last two), f {value, interval} (interaction over error), pValue, pValueIsFloor, "
+     "pValueInterval, permutations (of measurements within subjects), relabellings, fluctuating "
+     "(standard deviation of a subject's difference of sides about their mean, without error), "
+     "measured (that of one measurement) and repeatability (share of the former in the variance of "
+     "a difference of two measurements), each {value, interval}, the lengths in L2 of SRNFs}. The "
+     "differences of the sides above are those of the means of their measurements. null: one "
+     "each."},
     PAIRED_OUTPUTS("asymmetry", "the sides of a subject"),
     {NULL, NULL, NULL},
 };

@@ -33,7 +33,9 @@ double paired_seconds(const struct api_work *work, const json_t *canonical)
 /* One member of each subject, and the other, as they stand in the canonical cohort: the one may be
    the second of the two. */
 struct surfaces {
-    const size_t *one, *other;     /* [n] */
+    const size_t *one, *other;             /* [n] */
+    const size_t *one_count, *other_count; /* [n] measurements of each; NULL: one */
+    double *near;                  /* [2 n][3][(L+1)^2] means of several measurements, or NULL */
     double *one_q, *other_q;       /* [n][3][P] */
     const double **ones, **others; /* [n] as they are, where nothing is registered */
     double *lengths;               /* [2][n] roots of areas, in units of the input */
@@ -43,6 +45,7 @@ struct surfaces {
 static void clear(struct surfaces *s)
 {
     srnf_free(s->one_q);
+    srnf_free(s->near);
     srnf_free(s->lengths);
     srnf_free(s->ones);
 }
@@ -53,29 +56,38 @@ static bool is_backwards(const struct paired *asked)
     return asked->n > 0 && asked->second[0] < asked->first[0];
 }
 
-/* The member as field and with its size: lengths of its field to those of the input, and the root
-   of its area in these. */
-static void take(struct jobs_run *run, const struct group_mean *mean, const struct srnf_grid *grid,
-                 size_t member, double *q, double *size, double *length)
+/* A side as field and with its size: lengths of its field to those of the input, and the root of
+   its area in these. near: [3][(L+1)^2] for the surface of several measurements, or NULL. Returns
+   the surface that the field is searched from. */
+static const double *take(struct jobs_run *run, const struct group_mean *mean,
+                          const struct srnf_grid *grid, size_t member, size_t measurements,
+                          double *near, double *q, double *size, double *length)
 {
-    size_t count = 3 * mean->outputs.n_theta * mean->outputs.n_phi;
+    struct paired_side side = {.q = q, .near = near};
 
-    memcpy(q, mean->outputs.mean.registered_q + member * count, count * sizeof(double));
-    *size = process_scale(run, mean->members->ids[member], mean->outputs.group.scales[member]);
+    paired_average(run, mean, member, measurements, &side);
+    *size = side.size;
     *length = *size * sqrt(srnf_inner_product(grid, q, q));
+    return near ? near : mean->outputs.group.surfaces[member];
 }
 
-static bool open_surfaces(const struct paired *asked, size_t count, struct surfaces *s)
+static bool open_surfaces(const struct paired *asked, size_t count, size_t coefficients,
+                          struct surfaces *s)
 {
     size_t n = asked->n;
     bool backwards = is_backwards(asked);
 
     *s = (struct surfaces){.one = backwards ? asked->second : asked->first,
                            .other = backwards ? asked->first : asked->second,
+                           .one_count = backwards ? asked->second_count : asked->first_count,
+                           .other_count = backwards ? asked->first_count : asked->second_count,
                            .one_q = srnf_alloc(2 * n, count * sizeof(double)),
                            .ones = srnf_alloc(2 * n, sizeof *s->ones),
                            .lengths = srnf_alloc(4 * n, sizeof(double))};
-    if (!s->one_q || !s->ones || !s->lengths) {
+    if (s->one_count) {
+        s->near = srnf_alloc(2 * n, coefficients * sizeof(double));
+    }
+    if (!s->one_q || !s->ones || !s->lengths || (s->one_count && !s->near)) {
         return false;
     }
     s->other_q = s->one_q + n * count;
@@ -90,18 +102,20 @@ static bool take_all(struct jobs_run *run, const struct paired *asked,
                      struct surfaces *s)
 {
     size_t n = asked->n, count = 3 * mean->outputs.n_theta * mean->outputs.n_phi;
+    size_t coefficients = 3 * srnf_coefficient_count(mean->outputs.group.degree);
 
-    if (!open_surfaces(asked, count, s)) {
+    if (!open_surfaces(asked, count, coefficients, s)) {
         return false;
     }
     for (size_t i = 0; i < n; i++) {
+        double *near = s->near ? s->near + 2 * i * coefficients : NULL;
         double middle;
 
-        take(run, mean, grid, s->one[i], s->one_q + i * count, &s->one_size[i], &s->lengths[i]);
-        take(run, mean, grid, s->other[i], s->other_q + i * count, &s->other_size[i],
-             &s->lengths[n + i]);
-        s->ones[i] = mean->outputs.group.surfaces[s->one[i]];
-        s->others[i] = mean->outputs.group.surfaces[s->other[i]];
+        s->ones[i] = take(run, mean, grid, s->one[i], near ? s->one_count[i] : 1, near,
+                          s->one_q + i * count, &s->one_size[i], &s->lengths[i]);
+        s->others[i] = take(run, mean, grid, s->other[i], near ? s->other_count[i] : 1,
+                            near ? near + coefficients : NULL, s->other_q + i * count,
+                            &s->other_size[i], &s->lengths[n + i]);
         middle = 0.5 * (s->lengths[i] + s->lengths[n + i]);
         if (asked->scale == PAIRED_SHAPE) {
             s->one_size[i] *= middle / s->lengths[i];
@@ -139,7 +153,8 @@ static void set_right(const struct paired *asked, struct group_mean *mean,
 }
 
 static int compute(struct jobs_run *run, const struct paired *asked, struct group_mean *mean,
-                   struct surfaces *s, struct srnf_paired *found, struct jobs_result *result)
+                   struct surfaces *s, struct srnf_paired *found, json_t **replicates,
+                   struct jobs_result *result)
 {
     const struct compute_mean_inputs more = {.share = SHARE_MEAN};
     struct srnf_paired_options options = srnf_paired_options_defaults();
@@ -182,11 +197,16 @@ static int compute(struct jobs_run *run, const struct paired *asked, struct grou
     } else {
         status = SRNF_ENOMEM;
     }
+    if (status) {
+        (void)compute_fail(result, status, &error, "comparing within subjects");
+    } else {
+        status = paired_replicates(run, asked, mean, sht, replicates, result);
+    }
     jobs_transform_release(jobs_run_jobs(run), sht);
     if (status == SRNF_OK) {
         set_right(asked, mean, found);
     }
-    return status ? compute_fail(result, status, &error, "comparing within subjects") : 0;
+    return status;
 }
 
 /* ---- The result ------------------------------------------------------------------------------ */
@@ -278,9 +298,9 @@ json_t *paired_run(struct jobs_run *run, const struct paired *asked, const char 
     struct group_mean mean;
     struct surfaces s = {.one = NULL};
     struct srnf_paired found = {0};
-    json_t *document = NULL, *surface = NULL;
+    json_t *document = NULL, *surface = NULL, *replicates = NULL;
 
-    if (compute(run, asked, &mean, &s, &found, result) == 0) {
+    if (compute(run, asked, &mean, &s, &found, &replicates, result) == 0) {
         surface = keep_surface(run, &mean, &found, process, result);
     }
     if (surface) {
@@ -296,12 +316,16 @@ json_t *paired_run(struct jobs_run *run, const struct paired *asked, const char 
         permutation_set_p(document, "leastSignificance", found.max_p_value, &found.test);
         permutation_set_test(document, &found.test);
         set_extremes(document, &found, points);
+        if (strcmp(process, "asymmetry") == 0) {
+            (void)json_object_set(document, "replicates", replicates);
+        }
         mean_set_members(document, &mean);
         permutation_warn(warnings_of(document), &found.test, "pValue cannot be");
         mean_warn_members(run, &mean, document);
         typicality_warn_poses(warnings_of(document), &mean.outputs, asked->group.subjects, NULL);
         document = mean_warn(run, &mean, (struct group_doubts){.classes = NULL}, document, result);
     }
+    json_decref(replicates);
     clear(&s);
     srnf_paired_clear(&found);
     group_mean_clear(&mean);

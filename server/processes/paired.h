@@ -13,7 +13,9 @@ struct paired {
     struct mean_input mean;
     long permutations, bootstraps, seed;
     size_t n, *first, *second; /* [n] members, of each subject */
-    int scale;                 /* enum paired_scale */
+    /* [n] so many from there on are measurements of the same side; NULL: one each */
+    size_t *first_count, *second_count;
+    int scale; /* enum paired_scale */
     bool fields;
     bool turned; /* all members are taken as the mirror images of what group.cohort says */
 };
@@ -112,6 +114,18 @@ void paired_describe_sides(struct process_inputs *given);
    its standard deviation in the result. */
 json_t *paired_run(struct jobs_run *run, const struct paired *asked, const char *process,
                    const char *difference, const char *spread, struct jobs_result *result);
+/* paired_replicates.c. A field, size and surface near it for each subject and side, from its
+   measurements: one as it is, of several their mean. mean_q [3][P]; near [3][(L+1)^2] or NULL. */
+struct paired_side {
+    double *q, *near, size;
+};
+void paired_average(struct jobs_run *run, const struct group_mean *mean, size_t from, size_t count,
+                    struct paired_side *side);
+/* The test of fluctuating asymmetry against the error of measurement; NULL json without repeated
+   ones. Returns 0, or a negative status with the problem in result. */
+int paired_replicates(struct jobs_run *run, const struct paired *asked,
+                      const struct group_mean *mean, const struct srnf_sht *sht, json_t **found,
+                      struct jobs_result *result);
 double paired_seconds(const struct api_work *work, const json_t *canonical);
 
 #endif

@@ -30,11 +30,14 @@
 struct pairing {
     struct process_inputs *given;
     const json_t *members;
-    size_t n, count;  /* members; subjects */
-    size_t *of;       /* [n] number of its subject: the first member of the same */
-    int *which;       /* [n] 0: first, 1: second, -1: neither */
-    size_t *place[2]; /* [n] by subject number: the member, or NONE */
-    size_t *order;    /* [pairs] numbers of the subjects that have both, by name */
+    size_t n, count; /* members; subjects */
+    size_t *of;      /* [n] number of its subject: the first member of the same */
+    int *which;      /* [n] 0: first, 1: second, -1: neither */
+    size_t
+        *place[2]; /* [n] by subject number: the member, or NONE; of several the one of least id */
+    size_t *next;  /* [n] the next measurement of the same side, by id, or NONE */
+    bool measured; /* sides may be measured repeatedly */
+    size_t *order; /* [pairs] numbers of the subjects that have both, by name */
     size_t pairs;
 };
 
@@ -46,14 +49,15 @@ static bool open_pairing(struct pairing *p, struct process_inputs *given, const 
     *p = (struct pairing){.given = given, .members = members, .n = json_array_size(members)};
     p->of = group_subject_numbers(json_object_get(cohort, "subjects"), p->n, &p->count, &largest);
     p->which = srnf_alloc(p->n + 1, sizeof *p->which);
-    p->place[0] = srnf_alloc(3 * p->n + 1, sizeof(size_t));
+    p->place[0] = srnf_alloc(4 * p->n + 1, sizeof(size_t));
     if (!p->of || !p->which || !p->place[0]) {
         json_memory_fail();
         return false;
     }
     p->place[1] = p->place[0] + p->n;
-    p->order = p->place[1] + p->n;
-    for (size_t i = 0; i < 2 * p->n; i++) {
+    p->next = p->place[1] + p->n;
+    p->order = p->next + p->n;
+    for (size_t i = 0; i < 3 * p->n; i++) {
         p->place[0][i] = NONE;
     }
     return true;
@@ -76,15 +80,56 @@ static const char *text_of(const struct pairing *p, size_t i, const char *name)
 /* Every member needs a subject. */
 static bool check_subjects(const struct pairing *p)
 {
+    char who[GROUP_MEMBER_TEXT];
+
     for (size_t i = 0; i < p->n; i++) {
         if (p->which[i] >= 0 &&
             !json_is_string(json_object_get(json_array_get(p->members, i), "subject"))) {
+            group_member_text(p->given, p->members, i, who);
             problem_add(p->given->list, POINTER,
-                        "member %zu (%.40s) has no subject: surfaces are compared within subjects",
-                        i, text_of(p, i, "id"));
+                        "%s has no subject: surfaces are compared within subjects", who);
             return false;
         }
     }
+    return true;
+}
+
+static const json_t *replicate_of(const struct pairing *p, size_t i)
+{
+    const json_t *all = json_object_get(json_array_get(p->members, i), "covariates");
+
+    return json_object_get(all, "replicate");
+}
+
+/* Member i beside the measurements of its side so far, by id; false with the problem noted. */
+static bool add_measurement(struct pairing *p, size_t *place, size_t i, const char *name)
+{
+    const json_t *own = replicate_of(p, i);
+
+    for (size_t m = *place; m != NONE; m = p->next[m]) {
+        const json_t *other = replicate_of(p, m);
+
+        if (!p->measured || !own || json_is_null(own) || !other || json_is_null(other)) {
+            problem_add(p->given->list, POINTER,
+                        "subject \"%.60s\" has two members of %s, %zu and %zu: take one of them%s",
+                        text_of(p, i, "subject"), name, m, i,
+                        p->measured ? ", or number all measurements of a side by the covariate "
+                                      "replicate"
+                                    : "");
+            return false;
+        }
+        if (json_equal(own, other)) {
+            problem_add(p->given->list, POINTER,
+                        "members %zu and %zu are the same replicate of %s of subject \"%.60s\"", m,
+                        i, name, text_of(p, i, "subject"));
+            return false;
+        }
+    }
+    while (*place != NONE && strcmp(text_of(p, *place, "id"), text_of(p, i, "id")) < 0) {
+        place = &p->next[*place];
+    }
+    p->next[i] = *place;
+    *place = i;
     return true;
 }
 
@@ -96,14 +141,8 @@ static bool find_places(struct pairing *p, const char *const names[2])
     for (size_t i = 0; i < p->n; i++) {
         size_t *place = p->which[i] >= 0 ? &p->place[p->which[i]][p->of[i]] : NULL;
 
-        if (place && *place != NONE) {
-            problem_add(p->given->list, POINTER,
-                        "subject \"%.60s\" has two members of %s, %zu and %zu: take one of them",
-                        text_of(p, i, "subject"), names[p->which[i]], *place, i);
+        if (place && !add_measurement(p, place, i, names[p->which[i]])) {
             return false;
-        }
-        if (place) {
-            *place = i;
         }
     }
     for (size_t i = 0; i < p->n; i++) {
@@ -163,34 +202,41 @@ static size_t find_lead(const struct pairing *p)
 }
 
 /* Cuts the canonical cohort to the pairs: subject after subject, the one of `lead` before the
-   other. */
+   other, measurements of a side by id. Where there are such, firstCount and secondCount tell how
+   many. */
 static void set_pairs(struct pairing *p, size_t lead, const bool *mirrored)
 {
     json_t *cohort = json_object_get(p->given->canonical, "cohort");
     static const char *const arrays[] = {"surfaces", "labels", "subjects"};
-    json_t *places[2] = {json_array(), json_array()}, *mirror = json_array();
+    static const char *const names[2][2] = {{"first", "firstCount"}, {"second", "secondCount"}};
+    json_t *kept[3] = {json_array(), json_array(), json_array()}, *mirror = json_array();
+    json_t *places[2] = {json_array(), json_array()}, *counts[2] = {json_array(), json_array()};
 
-    for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) {
-        const json_t *all = json_object_get(cohort, arrays[k]);
-        json_t *kept = json_array();
-
-        for (size_t m = 0; m < 2 * p->pairs; m++) {
-            size_t member = p->place[m % 2 ? 1 - lead : lead][p->order[m / 2]];
-
-            (void)json_array_append(kept, json_array_get(all, member));
-        }
-        (void)json_object_set_new(cohort, arrays[k], kept);
-    }
     for (size_t m = 0; m < 2 * p->pairs; m++) {
-        size_t which = m % 2 ? 1 - lead : lead;
+        size_t which = m % 2 ? 1 - lead : lead, from = json_array_size(mirror);
 
-        (void)json_array_append_new(mirror,
-                                    json_boolean(mirrored[p->place[which][p->order[m / 2]]]));
-        (void)json_array_append_new(places[which], json_integer((json_int_t)m));
+        for (size_t i = p->place[which][p->order[m / 2]]; i != NONE; i = p->next[i]) {
+            for (size_t k = 0; k < 3; k++) {
+                (void)json_array_append(kept[k],
+                                        json_array_get(json_object_get(cohort, arrays[k]), i));
+            }
+            (void)json_array_append_new(mirror, json_boolean(mirrored[i]));
+        }
+        (void)json_array_append_new(places[which], json_integer((json_int_t)from));
+        (void)json_array_append_new(counts[which],
+                                    json_integer((json_int_t)(json_array_size(mirror) - from)));
+    }
+    for (size_t k = 0; k < 3; k++) {
+        (void)json_object_set_new(cohort, arrays[k], kept[k]);
+    }
+    for (size_t k = 0; k < 2; k++) {
+        (void)json_object_set_new(cohort, names[k][0], places[k]);
+        if (json_array_size(mirror) > 2 * p->pairs) {
+            (void)json_object_set(cohort, names[k][1], counts[k]);
+        }
+        json_decref(counts[k]);
     }
     (void)json_object_set_new(cohort, "mirrored", mirror);
-    (void)json_object_set_new(cohort, "first", places[0]);
-    (void)json_object_set_new(cohort, "second", places[1]);
 }
 
 /* The members as they are stored, with a pairing open; false with the problem noted. */
@@ -217,14 +263,15 @@ static bool find_times(const struct pairing *p, double times[2])
 {
     static const char *const names[2] = {"from", "to"};
     double lowest = INFINITY, highest = -INFINITY;
+    char who[GROUP_MEMBER_TEXT];
     size_t others = 0;
 
     for (size_t i = 0; i < p->n; i++) {
         const json_t *time = json_object_get(json_array_get(p->members, i), "time");
 
         if (!json_is_number(time)) {
-            problem_add(p->given->list, POINTER, "member %zu (%.40s) has no time", i,
-                        text_of(p, i, "id"));
+            group_member_text(p->given, p->members, i, who);
+            problem_add(p->given->list, POINTER, "%s has no time", who);
             return false;
         }
         lowest = fmin(lowest, json_number_value(time));
@@ -330,6 +377,7 @@ void paired_describe_sides(struct process_inputs *given)
     static const char *const names[2] = {"the left side", "the right side"};
     json_t *members;
     struct pairing p;
+    char who[GROUP_MEMBER_TEXT];
     bool mirrored[PROCESS_GROUP_MAX] = {false}, good = begin(given, &p, &members);
 
     for (size_t i = 0; good && i < p.n; i++) {
@@ -338,10 +386,11 @@ void paired_describe_sides(struct process_inputs *given)
         good = json_is_string(side);
         p.which[i] = good && strcmp(json_string_value(side), "right") == 0;
         if (!good) {
-            problem_add(given->list, POINTER, "member %zu (%.40s) has no side: left or right", i,
-                        text_of(&p, i, "id"));
+            group_member_text(given, members, i, who);
+            problem_add(given->list, POINTER, "%s has no side: left or right", who);
         }
     }
+    p.measured = true;
     if (good && check_subjects(&p) && find_places(&p, names)) {
         json_t *cohort = json_object_get(given->canonical, "cohort");
         size_t lead;

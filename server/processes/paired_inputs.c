@@ -26,6 +26,13 @@ static bool type_cohort(const json_t *value, void *member)
     asked->n = json_array_size(json_object_get(value, "first"));
     asked->first = type_places(json_object_get(value, "first"), asked->n);
     asked->second = type_places(json_object_get(value, "second"), asked->n);
+    if (json_object_get(value, "firstCount")) {
+        asked->first_count = type_places(json_object_get(value, "firstCount"), asked->n);
+        asked->second_count = type_places(json_object_get(value, "secondCount"), asked->n);
+        if (!asked->first_count || !asked->second_count) {
+            return false;
+        }
+    }
     asked->turned = json_is_true(json_object_get(value, "turned"));
     if (!asked->first || !asked->second || !group_type_members(value, &asked->group)) {
         return false;
@@ -43,6 +50,8 @@ static void clear_cohort(void *member)
     group_input_clear(&asked->group);
     srnf_free(asked->first);
     srnf_free(asked->second);
+    srnf_free(asked->first_count);
+    srnf_free(asked->second_count);
 }
 
 const struct input_own paired_cohort = {

@@ -42,7 +42,11 @@ sides = [{'id': surface(s, t, 1.5 + 0.2 * t, 1.0, t == 1), 'subject': f's{s}', '
 # The same, parameterized so differently that no inversion finds them from their mean on.
 turned = [{'id': surface(s, t, 1.5 + 0.2 * t, 1.0, t == 1, s), 'subject': f's{s}', 'side': ('left', 'right')[t]}
           for s in range(6) for t in range(2)]
-print(json.dumps({'visits': visits, 'sides': sides, 'turned': turned}))
+# Each side measured twice; one kind has sides that differ in z, by another amount in each subject.
+def measured(apart):
+    return [{'id': surface(s, t + 2 * k, 1.5 + 0.2 * t, 1.0 + apart * t * math.cos(2.1 * s), t == 1), 'subject': f's{s}',
+             'side': ('left', 'right')[t], 'covariates': {'replicate': k + 1}} for s in range(6) for t in range(2) for k in range(2)]
+print(json.dumps({'visits': visits, 'sides': sides, 'turned': turned, 'equal': measured(0.0), 'apart': measured(0.2)}))
 PYTHON
 cohort() { # NAME FILTER
     curl -sS -X DELETE "$URL/v1/cohorts/$1" -o "$SCRATCH/ignored"
@@ -197,7 +201,35 @@ is "$(json '[.perSubject[].field[] | 0 - .] | tojson')" "$(cat "$SCRATCH/forth.j
 
 refused asymmetry '[.sides[] | del(.side)]' '422 /inputs/cohort member 0 .surf-.* has no side'
 refused asymmetry '.sides | del(.[0])' '1 subject has no pair, "s0" first, which has no member of the left side'
-refused asymmetry '.sides | .[1].side = "left"' 'subject "s0" has two members of the left side'
+refused asymmetry '.sides | .[1].side = "left"' 'subject "s0" has two members of the left side, 0 and 1: take one of them, or number'
+
+# ---- Measured repeatedly ------------------------------------------------------------------------------
+
+cohort measured .equal
+run asymmetry measured
+is "$STATUS $(json '[.subjects, .replicates.measurements, .replicates.degreesOfFreedom] | tojson')" '200 [6,24,[5,12]]' \
+    'sides that were measured twice'
+compare "$(json .replicates.pValue)" '>' 0.05 'differ by no more than measurements do'
+compare "$(json '.largestEffect - 0.0977 | fabs')" '<' 0.02 'but for what all have in common'
+cohort measured .apart
+run asymmetry measured
+compare "$(json .replicates.pValue)" '<=' 0.01 'or by more'
+is "$(json '.replicates | [.f, .fluctuating, .measured, .repeatability] | map(.value >= .interval[0] and .value <= .interval[1]) | all')" \
+    true 'within intervals'
+compare "$(json '.replicates | .f.value - .interaction / .error | fabs')" '<' 1e-9 'by their mean squares'
+json 'del(.replicates.relabellings) | [.replicates, .directional, .fluctuating, .perSubject] | tojson' >"$SCRATCH/measured.json"
+cohort measured '.apart | reverse'
+run asymmetry measured
+is "$(json '[.replicates, .directional, .fluctuating, .perSubject] | del(.[0].relabellings) | tojson')" \
+    "$(cat "$SCRATCH/measured.json")" 'in any order'
+cohort measured '.apart[1:]'
+run asymmetry measured
+is "$STATUS $(json .replicates.degreesOfFreedom[1])" '200 11' 'also where one was measured once'
+cohort sides .sides
+run asymmetry sides
+is "$(json 'has("replicates") and .replicates == null')" true 'one of each tells nothing of it'
+refused asymmetry '.apart | .[1].covariates.replicate = 1' 'members 0 and 1 are the same replicate of the left side of subject "s0"'
+refused asymmetry 'del(.apart[1].covariates.replicate) | .apart' 'two members of the left side, 0 and 1: take one of them, or number'
 
 stop_server || not_ok 'the server ends well'
 done_testing

@@ -16,7 +16,7 @@
 /* What the runs work on. */
 static struct group g;
 static double *fields;                 /* [N + 1][3][P]: the mean and N fields */
-static double *visited;                /* [VISITS][3][P]: the same */
+static double *visited;                /* [VISITS + 1][3][P]: the same */
 static double *compared;               /* [COMPARED][3][P]: the N fields again and again */
 static struct srnf_pca model;          /* of the N fields */
 static struct srnf_pca repeated_model; /* of all that are compared */
@@ -288,6 +288,23 @@ static int run_pairs(void)
     return status;
 }
 
+static int run_measurements(void)
+{
+    static const double sizes[11] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+    static const size_t subjects[11] = {0, 0, 2, 2, 4, 4, 6, 6, 8, 8, 8};
+    static const int side[11] = {0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 1};
+    const struct srnf_measurements given = {11, visited, sizes, subjects, side};
+    struct srnf_paired_options options = srnf_paired_options_defaults();
+    struct srnf_asymmetry_test found = {.p_value = 2.0};
+    int status;
+
+    options.permutations = 20;
+    options.bootstraps = 100;
+    status = srnf_test_asymmetry(g.sht, &given, &options, NULL, &found, NULL);
+    assert_true((status < 0) == (found.p_value > 1.0));
+    return status;
+}
+
 static int run_trajectories(void)
 {
     static const double sizes[10] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
@@ -503,6 +520,7 @@ static void judging_survives(void **state)
     refusing_sweep("linear model", run_regression, EACH, 3);
     refusing_sweep("differences within subjects", run_pairs, EACH, 3);
     refusing_sweep("trajectories", run_trajectories, EACH, 3);
+    refusing_sweep("repeated measurements", run_measurements, EACH, 3);
     refusing_sweep("comparison with a subject twice", run_repeated_comparison, EACH, 3);
 }
 
@@ -530,8 +548,8 @@ int main(void)
         memcpy(compared + i * 3 * g.points, fields + (1 + i % N) * 3 * g.points,
                3 * g.points * sizeof(double));
     }
-    visited = shapes_doubles(VISITS * 3 * g.points);
-    for (size_t i = 0; i < VISITS; i++) {
+    visited = shapes_doubles((VISITS + 1) * 3 * g.points);
+    for (size_t i = 0; i <= VISITS; i++) {
         memcpy(visited + i * 3 * g.points, fields + (1 + i * i % N) * 3 * g.points,
                3 * g.points * sizeof(double));
     }
