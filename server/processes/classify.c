@@ -17,6 +17,7 @@
 
 #include "compute/searches.h"
 #include "compute/seconds.h"
+#include "toolkit/covariates.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
 #include "toolkit/seconds.h"
@@ -59,8 +60,11 @@ static const struct process_input inputs[] = {
      "Leave-one-out: every fold leaves out all members of a subject.", .choices = validations},
     {"scale", INPUT_CHOICE, AT(scale), "Whether the log of the size counts beside shape.",
      .choices = scales},
+    {"covariates", INPUT_OWN, AT(covariates),
+     "Numbers of the members that count beside shape, by their names.", .own = &covariates_names},
     {"sizeWeight", INPUT_REAL, AT(size_weight),
-     "Of size in distances; at 1 it weighs as much as shape. Gaussians need none.",
+     "Of size, and of each covariate, in distances; at 1 it weighs as much as shape. Gaussians "
+     "need none.",
      .highest = PROCESS_SIZE_WEIGHT_MAX, .fallback = 1},
     {"permutations", INPUT_INTEGER, AT(permutations),
      "Of the labels of whole subjects, for the p-value; 0: none. Refused where labels differ "
@@ -101,6 +105,7 @@ static const struct process_output outputs[] = {
      "that only one of them gets right), pValue}], McNemar's exact test that both are right "
      "equally "
      "often, which flips the signs of whole subjects."},
+    {"features", OUTPUT_STRINGS, "The numbers beside shape: size, and covariates."},
     {"members", OUTPUT_INTEGER, "Of the cohort."},
     {"subjects", OUTPUT_INTEGER, "Members without a subject are subjects of their own."},
     {"chance", OUTPUT_NUMBER,
@@ -134,7 +139,8 @@ static void check_folds(struct process_inputs *given, const struct classify_clas
 {
     long components = (long)json_integer_value(json_object_get(given->canonical, "components"));
     size_t features = (components ? (size_t)components : 1) +
-                      inputs_chose(given->canonical, "scale", "shape-and-size");
+                      inputs_chose(given->canonical, "scale", "shape-and-size") +
+                      json_array_size(json_object_get(given->canonical, "covariates"));
     size_t freedom;
 
     freedom = inputs_chose(given->canonical, "covariance", "class")
@@ -142,10 +148,33 @@ static void check_folds(struct process_inputs *given, const struct classify_clas
                   : classes->determined;
     if (features > freedom) {
         problem_add(given->list, components ? "/inputs/components" : "/inputs/covariance",
-                    "asks for a covariance of %zu features, size counted; the training subjects of "
-                    "a fold determine one of %zu",
+                    "asks for a covariance of %zu features, size and covariates counted; the "
+                    "training subjects of a fold determine one of %zu",
                     features, freedom);
     }
+}
+
+/* The values of the covariates of the members, into the canonical cohort. */
+static void set_covariates(struct process_inputs *given)
+{
+    const json_t *names = json_object_get(given->canonical, "covariates");
+    json_t *cohort = json_object_get(given->canonical, "cohort"), *values;
+    json_t *members = json_array_size(names) ? group_stored_members(given) : NULL;
+
+    if (!members) {
+        return;
+    }
+    if (json_array_size(members) != json_array_size(json_object_get(cohort, "surfaces"))) {
+        problem_add(given->list, "/inputs/cohort", "has changed while it was read: send it again");
+        json_decref(members);
+        return;
+    }
+    values = covariate_values(given, members, names);
+    if (json_array_size(values) == json_array_size(names)) {
+        covariates_check(given, names, values);
+    }
+    (void)json_object_set_new(cohort, "values", values);
+    json_decref(members);
 }
 
 static void complete(struct process_inputs *given)
@@ -156,6 +185,9 @@ static void complete(struct process_inputs *given)
     inputs_check_memory(given, json_array_size(json_object_get(cohort, "surfaces")), degree, COPIES,
                         0.0);
     classify_classes_check(given, cohort, SUBJECTS_MIN, check_folds);
+    if (!given->list->errors) {
+        set_covariates(given);
+    }
     if (json_integer_value(json_object_get(given->canonical, "permutations")) > 0 &&
         !given->list->errors) {
         (void)group_check_labels(given, json_object_get(cohort, "subjects"),
@@ -221,6 +253,22 @@ static void set_costs(const struct classify_answer *answer, size_t n, double per
     }
 }
 
+/* The covariates, [n][n_features]. */
+static bool load_features(const struct classify *classify, struct classify_answer *answer)
+{
+    const json_t *values = json_object_get(classify->group.cohort, "values");
+    size_t n = classify->group.n, count = json_array_size(values);
+
+    answer->features = srnf_alloc(n * count + 1, sizeof(double));
+    for (size_t k = 0; answer->features && k < n * count; k++) {
+        answer->features[k] =
+            json_number_value(json_array_get(json_array_get(values, k % count), k / count));
+    }
+    answer->asked.classifier.features = answer->features;
+    answer->asked.classifier.n_features = count;
+    return answer->features != NULL;
+}
+
 /* Loads the members, and finds their classes and, where they are asked for, their sizes. */
 static int load(struct jobs_run *run, const struct classify *classify,
                 struct classify_answer *answer, struct jobs_result *result)
@@ -251,7 +299,9 @@ static int load(struct jobs_run *run, const struct classify *classify,
     for (size_t i = 0; with_size && i < group->n; i++) {
         answer->scales[i] = process_scale(run, group->ids[i], answer->group.scales[i]);
     }
-    return 0;
+    return load_features(classify, answer)
+               ? 0
+               : compute_fail(result, SRNF_ENOMEM, NULL, "reading the covariates");
 }
 
 static int compute(struct jobs_run *run, const struct classify *classify,
@@ -301,6 +351,7 @@ static json_t *run_classify(struct jobs_run *run, const void *typed, struct jobs
     }
     srnf_free(answer.pairs);
     srnf_free(answer.scales);
+    srnf_free(answer.features);
     classify_classes_clear(&answer.classes);
     compute_group_clear(&answer.group);
     return document;

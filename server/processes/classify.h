@@ -26,6 +26,7 @@ struct classify {
     long components;
     int covariance, validation, scale, refit;
     double size_weight;
+    json_t *covariates; /* names, owned */
     long permutations, seed, lmax;
     bool common_pose;
 };
@@ -61,8 +62,9 @@ struct classify_answer {
     struct compute_group group;
     struct classify_classes classes;
     struct srnf_methods_inputs asked;
-    double *scales; /* [n], or NULL: shape only */
-    double *pairs;  /* [n][n] */
+    double *scales;   /* [n], or NULL: shape only */
+    double *features; /* [n][of the covariates] */
+    double *pairs;    /* [n][n] */
     struct srnf_classification results[CLASSIFY_METHODS];
     struct srnf_folds_typicality typicality[CLASSIFY_METHODS];
 };

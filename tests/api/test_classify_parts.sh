@@ -7,6 +7,7 @@
 . "$(dirname "$0")/../support/lib.sh"
 
 REQUEST_SECONDS=400
+PROCESS=classify-parts
 
 run() { # PROCESS INPUTS
     execute "$1" "$2" --header 'Prefer: wait=300'
@@ -53,7 +54,7 @@ cohort() { # NAME FILTER
     post_json /v1/cohorts "@$SCRATCH/cohort.json"
 }
 classify() { # COHORT [MORE] [PROCESS]
-    run "${3:-classify-parts}" "$(jq -c ". + {cohort: \"$1\"}" <<<"{\"commonPose\":true,\"components\":2,\"covariance\":\"pooled\"${2-}}")"
+    run "${3:-$PROCESS}" "$(jq -c ". + {cohort: \"$1\"}" <<<"{\"commonPose\":true,\"components\":2,\"covariance\":\"pooled\"${2-}}")"
 }
 ACCURACY='.methods["srnf-gauss"].accuracy'
 tells() { # GOT OPERATOR BOUND NAME: as compare, where subjects are enough
@@ -71,6 +72,16 @@ FIELDS='[.methods["srnf-gauss"] | .accuracy, .confidenceInterval, .confusion, [.
 is "$(jq -s "(.[0] | $FIELDS) == (.[1] | $FIELDS)" "$SCRATCH/classify.json" "$BODY")" true 'is classify, to the last bit'
 is "$(json '.parts[0] | [.name, .weight, .methods["srnf-gauss"].onlyTogether, .methods["srnf-gauss"].pValue] | tostring')" \
     '["first",1,0,1]' 'and what it says alone'
+
+classify one ',"scale":"shape-and-size","covariates":["age"],"components":1' classify
+cp "$BODY" "$SCRATCH/classify.json"
+is "$STATUS $(json '[.features, .methods["srnf-gauss"].accuracy] | tojson')" '200 [["size","age"],1]' 'classify takes covariates'
+classify one ',"scale":"shape-and-size","covariates":["age"],"components":1'
+is "$(jq -s "(.[0] | $FIELDS) == (.[1] | $FIELDS)" "$SCRATCH/classify.json" "$BODY")" true 'as one part with them, to the last bit'
+classify one ',"components":1' classify
+compare "$(json '.methods["srnf-gauss"].accuracy')" '<' 1 'which tell what shape does not'
+classify one ',"method":"srnf-nn","covariates":["age"],"sizeWeight":1000' classify
+is "$(json '.methods["srnf-nn"].accuracy')" 1 'in distances, too'
 
 # ---- Two parts -----------------------------------------------------------------------------------------
 
@@ -129,6 +140,12 @@ refused . '/inputs/covariates/0 .*same' ',"covariates":["one"]'
 refused '.[3].covariates.age = 7' '/inputs/covariates "age" differs between the members of subject "s1"' ',"covariates":["age"]'
 refused '.[].covariates.age = true | .[3].covariates.age = false' '/inputs/covariates "age" differs between the members of subject "s1"' ',"covariates":["age"]'
 refused '.[6].covariates.age = null | .[7].covariates.age = null' '/inputs/covariates/0 member 3 .*no covariate "age"' ',"covariates":["age"]'
+PROCESS=classify
+refused '.[6].covariates.age = null' '/inputs/covariates/0 member 6 .surf-[0-9a-f]*, of subject "s3". of the cohort has no covariate "age"' \
+    ',"covariates":["age"]'
+refused . '/inputs/covariates/0 .*same' ',"covariates":["one"]'
+refused . '/inputs/components asks for a covariance of 13 features, size and covariates counted' ',"components":12,"covariates":["age"]'
+PROCESS=classify-parts
 refused . '/inputs/method icp-nn has no joint comparison' ',"method":"icp-nn"'
 refused . '/inputs/components asks for a covariance of 13 features' ',"components":12,"covariates":["age"]'
 refused . '/inputs/weights' ',"weights":{"third":1}'
