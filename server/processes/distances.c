@@ -27,6 +27,7 @@ struct distances {
     struct group_input group;
     bool registered;
     int metric, handedness;
+    long lmax;
 };
 
 static const char *const metrics[] = {"srnf", "harmonic", "srm", "icp", NULL};
@@ -51,6 +52,10 @@ static const struct process_input inputs[] = {
                      "members that are left and right ones of the same, by label, subject or name, "
                      "mirrored too, in 12 pairs at most, and two members alone, registered, by "
                      "metric srnf, whatever they are called; and to warn where that"),
+    {"lmax", INPUT_INTEGER, offsetof(struct distances, lmax),
+     "Degree of the comparison; the surfaces are cut or filled up to it. Default: the largest of "
+     "theirs.",
+     .lowest = SRNF_DEGREE_MIN, .highest = SRNF_DEGREE_MAX, .derived = true},
     {.name = NULL},
 };
 
@@ -60,9 +65,7 @@ static const struct process_output outputs[] = {
      "Symmetric; also as CSV and .npy from the job's results. Of metric srnf, entries are the "
      "distance that geodesic tells of the pair, with the same register, where lmax is the larger "
      "degree of the two."},
-    {"lmax", OUTPUT_INTEGER,
-     "Degree at which all are compared, the largest among them; the others are filled up with "
-     "zeros."},
+    {"lmax", OUTPUT_INTEGER, "Degree of the comparison."},
     BRIDGED_GROUP_OUTPUTS,
     REGISTRATION_OUTPUT,
     {NULL, NULL, NULL},
@@ -72,13 +75,14 @@ static void complete(struct process_inputs *given)
 {
     size_t n = json_array_size(json_object_get(given->canonical, "surfaces"));
     bool listed = json_is_null(json_object_get(given->canonical, "cohort"));
+    long degree = inputs_integer(given, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, given->degree);
 
     if (n > PROCESS_MATRIX_MAX) {
         problem_add(given->list, listed ? "/inputs/surfaces" : "/inputs/cohort",
                     "has %zu surfaces; a matrix of distances is made of up to %d", n,
                     PROCESS_MATRIX_MAX);
     }
-    inputs_check_memory(given, n, given->degree, 1, 3.0 * 8.0 * (double)n * (double)n);
+    inputs_check_memory(given, n, degree, 1, 3.0 * 8.0 * (double)n * (double)n);
 }
 
 /* ---- Running --------------------------------------------------------------------------------- */
@@ -118,7 +122,7 @@ static int prepare(struct jobs_run *run, const struct distances *asked, struct m
                : compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
 }
 
-/* The matrix, at the largest degree of the members. Registered pairs are kept for a later attempt
+/* The matrix, at one degree. Registered pairs are kept for a later attempt
    of the job. */
 static int measure(struct jobs_run *run, struct measured *measured, struct jobs_result *result)
 {
@@ -185,7 +189,8 @@ static json_t *run_distances(struct jobs_run *run, const void *typed, struct job
     json_t *document = NULL;
 
     if (prepare(run, asked, &measured, result) == 0 &&
-        group_load(run, members, asked->registered, 0, &measured.group, result) == 0 &&
+        group_load(run, members, asked->registered, (size_t)asked->lmax, &measured.group, result) ==
+            0 &&
         measure(run, &measured, result) == 0 &&
         process_finite(members->n * members->n, measured.matrix, "the distances", result)) {
         document = document_of(run, members, &measured);

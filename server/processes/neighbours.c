@@ -21,7 +21,7 @@
 
 struct neighbours {
     struct group_input group;
-    long k;
+    long k, lmax;
 };
 
 static const struct process_input inputs[] = {
@@ -29,6 +29,10 @@ static const struct process_input inputs[] = {
     {"k", INPUT_INTEGER, offsetof(struct neighbours, k),
      "How many of each member; all others where there are fewer.", .lowest = 1, .highest = K_MAX,
      .fallback = K_DEFAULT},
+    {"lmax", INPUT_INTEGER, offsetof(struct neighbours, lmax),
+     "Degree of the comparison; the surfaces are cut or filled up to it. Default: the largest of "
+     "theirs.",
+     .lowest = SRNF_DEGREE_MIN, .highest = SRNF_DEGREE_MAX, .derived = true},
     {.name = NULL},
 };
 
@@ -43,9 +47,7 @@ static const struct process_output outputs[] = {
     {"pairs", OUTPUT_OBJECT,
      "{all, registered, share}: how many pairs there are, how many were registered, and which "
      "share of them never was, since a lower bound on their distance rules them out."},
-    {"lmax", OUTPUT_INTEGER,
-     "Degree at which all are compared, the largest among them; the others are filled up with "
-     "zeros."},
+    {"lmax", OUTPUT_INTEGER, "Degree of the comparison."},
     BRIDGED_GROUP_OUTPUTS,
     REGISTRATION_OUTPUT,
     {NULL, NULL, NULL},
@@ -55,12 +57,13 @@ static void complete(struct process_inputs *given)
 {
     size_t n = json_array_size(json_object_get(given->canonical, "surfaces"));
     bool listed = json_is_null(json_object_get(given->canonical, "cohort"));
+    long degree = inputs_integer(given, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, given->degree);
 
     if (n > COMPUTE_PAIRS_MAX) {
         problem_add(given->list, listed ? "/inputs/surfaces" : "/inputs/cohort",
                     "has %zu surfaces; neighbours are found among up to %d", n, COMPUTE_PAIRS_MAX);
     }
-    inputs_check_memory(given, n, given->degree, 0, 8.0 * (double)n * ((double)n + 2000.0));
+    inputs_check_memory(given, n, degree, 0, 8.0 * (double)n * ((double)n + 2000.0));
 }
 
 /* ---- Running --------------------------------------------------------------------------------- */
@@ -134,7 +137,7 @@ static json_t *run_neighbours(struct jobs_run *run, const void *typed, struct jo
     struct srnf_neighbours found = {.n = 0};
     json_t *document = NULL;
 
-    if (group_load(run, members, true, 0, &group, result) == 0 &&
+    if (group_load(run, members, true, (size_t)asked->lmax, &group, result) == 0 &&
         find(run, &group, k, &options, &found, result) == 0 &&
         process_finite(found.n * found.k, found.distances, "the distances", result)) {
         document = document_of(run, members, &group, &options, &found);

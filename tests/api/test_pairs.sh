@@ -45,6 +45,13 @@ is "$STATUS $(json '.distance == .lineLength')" '200 true' 'without registration
 run distances "{\"surfaces\":[\"$STAR\",\"$STAR8\"],\"register\":false}"
 is "$(json .lmax)" 8 'surfaces of two degrees are compared at the larger one'
 same "$(json '.matrix[0][1]')" "$THERE" 'where distances have the distance of the geodesic'
+run distances "{\"surfaces\":[\"$STAR\",\"$STAR8\"],\"register\":false,\"lmax\":4}"
+is "$STATUS $(json .lmax) $(json '[.warnings[]?.code] | index("mixed-degrees")')" '200 4 null' 'or at the degree that is asked for'
+isnt "$(json '.matrix[0][1]')" "$THERE" 'which is another distance'
+CUT=$(json '.matrix[0][1]')
+run neighbours "{\"surfaces\":[\"$STAR\",\"$STAR8\"],\"lmax\":4}"
+is "$STATUS $(json .lmax)" '200 4' 'as neighbours are found at one'
+compare "$(json '.distances[0][0]')" '<=' "$CUT" 'no further apart, registered'
 
 # ---- The closed form ---------------------------------------------------------------------------------
 
