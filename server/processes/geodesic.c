@@ -397,6 +397,7 @@ static json_t *document_of(struct jobs_run *run, const struct joining *joining,
     }
     warnings_put(document, warnings);
     warnings_put(document, json_incref(json_object_get(path->landmarks, "warnings")));
+    landmarks_settle(document);
     (void)json_object_set(document, "landmarks",
                           joining->registered ? json_object_get(path->landmarks, "landmarks")
                                               : json_null());

@@ -347,6 +347,28 @@ int landmarks_report(struct jobs_run *run, const struct landmarks *l, const stru
                   landmarks_summary(1, l->n, l->input->held_out, true, angles, distances), "weight",
                   isinf(l->input->weight) ? json_string("exact") : json_real(l->input->weight)));
     warn(l, pair, scales, document);
+    landmarks_settle(document);
     srnf_free(angles);
     return 0;
+}
+
+void landmarks_settle(json_t *document)
+{
+    json_t *warnings = json_object_get(document, "warnings"), *entry;
+    bool raised = false;
+    size_t i;
+
+    json_array_foreach(warnings, i, entry)
+    {
+        const char *code = json_string_value(json_object_get(entry, "code"));
+
+        raised = raised || strcmp(code ? code : "", "landmarks-raise-distance") == 0;
+    }
+    for (i = json_array_size(warnings); raised && i-- > 0;) {
+        const char *code = json_string_value(json_object_get(json_array_get(warnings, i), "code"));
+
+        if (strcmp(code ? code : "", "registration-truncated") == 0) {
+            (void)json_array_remove(warnings, i);
+        }
+    }
 }

@@ -125,5 +125,8 @@ void landmarks_clear(struct landmarks *landmarks);
    registered pair. Returns 0, or a negative status with the problem set. */
 int landmarks_report(struct jobs_run *run, const struct landmarks *landmarks,
                      const struct pair *pair, json_t *document, struct jobs_result *result);
+/* Where landmarks raise the distance, a warp that the degree truncates follows from that, and no
+   higher degree helps: registration-truncated goes. landmarks_report does so with its document. */
+void landmarks_settle(json_t *document);
 
 #endif

@@ -142,6 +142,8 @@ is "$STATUS $(json '[.warnings[].code] | index("landmarks-raise-distance") != nu
 compare "$(json '.warnings[] | select(.code == "landmarks-raise-distance") | .figures.free')" '<' 0.01 \
     'with the distance without them'
 is "$(json '(.warnings[] | select(.code == "landmarks-raise-distance") | .figures.distance) == .distance')" true 'and with them'
+is "$(json '.truncationError > .distance and ([.warnings[].code] | index("registration-truncated")) == null')" true \
+    'a warp that they bend is no reason for a higher degree'
 run geodesic "{\"from\":\"$SA\",\"to\":\"$SA\",\"steps\":2,\"landmarks\":{\"from\":[10,200,400,600],\"to\":[200,10,400,600],\"weight\":5}}"
 is "$(json '[.warnings[].code] | index("landmarks-raise-distance") != null')" true 'of a geodesic as well'
 
