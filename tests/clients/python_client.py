@@ -211,6 +211,19 @@ class Studies(unittest.TestCase):
         third = self.study()
         self.assertEqual((third.compare_groups(permutations=99).p_value, len(CLIENT.jobs())), (p, jobs + 1))
 
+    def test_relabelled(self):
+        """distances are not computed again where labels alone have changed, unless they may name sides"""
+        matrix = self.study().distances().matrix
+        jobs = made("distances")
+        self.labels.write_text(nuclei_table().replace(",A,", ",case,"))
+        again = self.study().distances()
+        self.assertEqual((again.matrix.tolist(), made("distances")), (matrix.tolist(), jobs))
+        self.assertEqual(set(again.raw["groups"]), set(self.study().labels()))
+        self.assertIn("case", again.raw["groups"])
+        self.labels.write_text(nuclei_table().replace(",A,", ",lh,"))
+        self.study().distances()
+        self.assertEqual(made("distances"), jobs + 1)
+
     def test_refused(self):
         """files that cannot be used are named all at once, or left out"""
         (self.folder / "broken.ply").write_text("ply\nnonsense\n")

@@ -30,6 +30,10 @@ REGISTER = ("mean", "template", "none")
 MANY_PAIRS = 200
 #: The steps of ``run``, in order.
 STEPS = ("encode", "register", "distances", "pca", "modes", "groups", "classify")
+#: Words of labels that name a side, which distances look for.
+_SIDES = frozenset(
+    side + more for more in ("", "h", "t", "hs", "hemi") for side in "lr"
+) | {"left", "right", "sinister", "dexter"}
 
 
 @dataclass(frozen=True)
@@ -247,8 +251,15 @@ class Study:
     # ---- statistics ----------------------------------------------------------------------------
 
     def distances(self, **options: Any) -> Result:
-        """Distances of all pairs; see ``Client.distances``."""
-        return self._compute("distances", "distances", {**self._how(pose=False), **options})
+        """Distances of all pairs; see ``Client.distances``. Those of other labels are theirs as well."""
+        asked = {**self._how(pose=False), **options}
+        cohort = self.cohort()
+        subjects = [m.subject for m in self.members]
+        sides = [m.label if _names_side(m.label or "") else None for m in self.members]
+        key = digest(["distances", asked, [s.id for s in self._surfaces], subjects, sides])
+        result = self._result("distances", "distances", {"cohort": cohort.name, **asked}, key)
+        result.raw["groups"] = [m.label for m in self.members]
+        return result
 
     def mean(self, **options: Any) -> Result:
         """The mean; see ``Client.mean``. ``pca`` has it too, as ``model.mean``."""
@@ -433,9 +444,12 @@ class Study:
         cohort = {"members": digest([s.id for s in self._surfaces])} if "cohort" in inputs else {}
         return digest([process, dict(inputs), cohort])
 
-    def _result(self, name: str, process: str, inputs: Mapping[str, Any]) -> Result:
-        """The results of a job that was asked for before, in whichever run, or of a new one."""
-        key = self._key(process, inputs)
+    def _result(self, name: str, process: str, inputs: Mapping[str, Any], key: str = "") -> Result:
+        """The results of a job that was asked for before, in whichever run, or of a new one.
+
+        ``key`` names all that they depend on, where that is not all inputs.
+        """
+        key = key or self._key(process, inputs)
         if self._keys.get(name) == key:
             return self.results[name]
         job = self._known_job(key) or self.client.submit(process, inputs)
@@ -575,6 +589,11 @@ def _why(mesh: Mesh) -> tuple[str, str]:
     if not problems:
         return "not-analysable", "the mesh cannot be analysed"
     return str(problems[0].get("code")), str(problems[0].get("detail"))
+
+
+def _names_side(label: str) -> bool:
+    words = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", label)
+    return any(word.lower() in _SIDES for word in words)
 
 
 def _slug(text: str) -> str:
