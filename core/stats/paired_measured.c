@@ -17,7 +17,8 @@
  *
  * Without fluctuating asymmetry the measurements of a subject, less D for the one side, differ by
  * error alone and can be exchanged between its sides. z = y -+ D / 2 are permuted within subjects,
- * which leaves their sums of squares T_s as they are, so that with a_s = w_s |d_s|^2 of the permuted
+ * which leaves their sums of squares T_s as they are, so that with a_s = w_s |d_s|^2 of the
+ * permuted
  *
  *     F = ((sum a_s - W |D|^2) / (n - 1)) / ((sum T_s - sum a_s) / (N - 2 n)).
  *

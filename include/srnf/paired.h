@@ -114,8 +114,8 @@ struct srnf_asymmetry_test {
 };
 
 /*
- * Whether the sides of subjects differ by more than what they are measured wrongly by, once what all
- * subjects have in common is taken out (formulae in core/stats/paired_measured.c).
+ * Whether the sides of subjects differ by more than what they are measured wrongly by, once what
+ * all subjects have in common is taken out (formulae in core/stats/paired_measured.c).
  *   options  [in]  permutations, bootstraps and seed
  *   found    [out] nothing to free; untouched on error
  * Equal seeds give equal results, on any number of threads.

@@ -110,8 +110,8 @@ static inline void group_open_ventricles(struct group *g, size_t degree, size_t 
     }
 }
 
-/* A mean like none of the surfaces: low harmonics with noise, from which searches for those end near
-   them at best. */
+/* A mean like none of the surfaces: low harmonics with noise, from which searches for those end
+   near them at best. */
 static inline void group_spoil_mean(const struct group *g, double *mean, uint64_t seed)
 {
     struct test_random random = test_random_seed(seed);
