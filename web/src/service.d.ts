@@ -938,7 +938,7 @@ export interface components {
         Bytes: string;
         Warning: {
             /** @enum {string} */
-            code: "closed-form-inapplicable" | "column-is-text" | "components-missing" | "coordinates-coarse" | "covariates-collinear" | "duplicate-content" | "encoding-poor" | "extrapolated" | "far-from-group" | "far-from-model" | "few-subjects" | "label-at-border" | "landmark-off-surface" | "landmarks-raise-distance" | "mean-not-converged" | "members-not-compared" | "mirror-images" | "mixed-degrees" | "mixed-routes" | "mixed-units" | "model-uncalibrated" | "near-duplicates" | "no-label-column" | "not-reached" | "p-floor" | "parameters-not-registered" | "path-jumps" | "pose-differs" | "registration-ambiguous" | "registration-distorted" | "registration-not-converged" | "registration-truncated" | "self-crossing" | "shapes-omitted" | "surface-flat" | "surface-inside-out" | "topology-changed" | "training-subject" | "transform-not-applied";
+            code: "closed-form-inapplicable" | "column-is-text" | "components-missing" | "coordinates-coarse" | "covariates-collinear" | "duplicate-content" | "encoding-poor" | "extrapolated" | "far-from-group" | "far-from-model" | "few-subjects" | "label-at-border" | "landmark-off-surface" | "landmarks-raise-distance" | "mean-not-converged" | "members-not-compared" | "mirror-images" | "mixed-degrees" | "mixed-routes" | "mixed-units" | "model-uncalibrated" | "near-duplicates" | "no-label-column" | "not-reached" | "p-floor" | "parameters-not-registered" | "path-jumps" | "pose-differs" | "registration-ambiguous" | "registration-distorted" | "registration-not-converged" | "registration-truncated" | "self-crossing" | "shapes-omitted" | "slope-odd" | "slope-reversed" | "spans-differ" | "surface-flat" | "surface-inside-out" | "topology-changed" | "training-subject" | "transform-not-applied" | "visits-coincide" | "visits-exchanged" | "visits-off-line";
             detail: string;
             figures?: Record<string, unknown>;
         };
@@ -1754,6 +1754,7 @@ export interface components {
             metric?: "srnf" | "harmonic" | "srm" | "icp";
             /** @enum {unknown} */
             handedness?: "check" | "ignore";
+            lmax?: number;
         };
         distancesOutputs: {
             labels?: string[];
@@ -2109,6 +2110,7 @@ export interface components {
             validation?: "loo";
             /** @enum {unknown} */
             scale?: "shape" | "shape-and-size";
+            covariates?: string[];
             sizeWeight?: number;
             permutations?: number;
             seed?: number;
@@ -2120,6 +2122,7 @@ export interface components {
         classifyOutputs: {
             methods?: Record<string, unknown>;
             comparisons?: Record<string, unknown>[];
+            features?: string[];
             members?: number;
             subjects?: number;
             chance?: number;
@@ -2449,6 +2452,7 @@ export interface components {
                 value: number | null;
                 interval: number[];
             };
+            replicates?: Record<string, unknown> | null;
             pValue?: number;
             pValueIsFloor?: boolean;
             pValueInterval?: (number | null)[];
@@ -2599,6 +2603,7 @@ export interface components {
             cohort?: string | null;
             mixedRoutes?: boolean;
             k?: number;
+            lmax?: number;
         };
         neighboursOutputs: {
             labels?: string[];
