@@ -25,7 +25,8 @@
 #include "store/model.h"
 #include "store/surface.h"
 
-#define DEGREE_MAX 1000 /* of a surface: more than any has */
+#define DEGREE_MAX 1000                            /* of a surface: more than any has */
+#define ROWS_MAX (SRNF_PARTS_MAX * DEGREE_MAX + 1) /* of a model: those of all parts */
 
 /* ---- Arrays ---------------------------------------------------------------------------------- */
 
@@ -201,7 +202,7 @@ bool import_restore_model(struct import *import, const json_t *record, const cha
     const char *mean = json_string_value(json_object_get(record, "mean"));
     bool good = mean && strlen(mean) < sizeof model.mean && model.record &&
                 whole(record, "lmax", 0, DEGREE_MAX, &model.lmax) &&
-                whole(record, "nTheta", 1, DEGREE_MAX, &model.n_theta) &&
+                whole(record, "nTheta", 1, ROWS_MAX, &model.n_theta) &&
                 whole(record, "nPhi", 1, 2 * DEGREE_MAX, &model.n_phi) &&
                 whole(record, "subjects", 1, 100000, &model.subjects) &&
                 whole(record, "components", 1, 100000, &model.components);

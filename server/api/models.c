@@ -5,11 +5,13 @@
  * A model never changes, so its id (and the representation) is the entity tag. The text that the
  * store keeps beside the numbers holds what cannot be told from them: totalVariance and madeFrom.
  *
- *   scores, CSV   label, subject and id of the member, then one column for each component
+ *   scores, CSV   label, subject and id of the member (of parts the first), then one column for
+ *                 each component
  *   modes, CSV    component, theta, phi, x, y, z: one line for each node of the grid
  */
 #include "compute/compute.h"
 #include "api/lists.h"
+#include "api/model_parts.h"
 #include "api/models.h"
 
 #include <stdio.h>
@@ -47,10 +49,12 @@ static json_t *model_links(const char *id, const char *mean)
     return links;
 }
 
-/* By the record that the store keeps: one of a classifier has it in it. */
+/* By the record that the store keeps: one of a classifier, or of parts, has them in it. */
 static const char *kind_of(const json_t *record)
 {
-    return json_object_get(record, "classifier") ? "classifier" : "components";
+    return json_object_get(record, "classifier") ? "classifier"
+           : json_object_get(record, "parts")    ? "parts"
+                                                 : "components";
 }
 
 const char *model_kind(const struct store_model *model)
@@ -66,11 +70,13 @@ const char *model_kind(const struct store_model *model)
 static json_t *model_head(const struct store_model *model)
 {
     json_t *record = json_loads(model->record ? model->record : "{}", 0, NULL);
+    struct compute_joint joint = {.n_parts = 0};
+    const size_t rows = model_joint(model, &joint) ? compute_joint_rows(&joint, model) : 0;
     const struct {
         const char *name;
         int64_t value;
     } sizes[] = {
-        {"lmax", model->lmax},         {"nTheta", model->n_theta},        {"nPhi", model->n_phi},
+        {"lmax", model->lmax},         {"nTheta", (int64_t)rows},         {"nPhi", model->n_phi},
         {"subjects", model->subjects}, {"components", model->components},
     };
 
@@ -419,22 +425,29 @@ void models_modes(struct api_call *call)
     struct problem_list list = {.errors = NULL};
     struct store_model model;
     enum table_form form;
-    size_t count;
+    struct model_part part;
+    char what[32] = "modes";
+    size_t count = 0;
+    bool good;
 
     if (!table_choose(call, &form) || !find_model(call, 0, &model)) {
         return;
     }
-    count = store_model_count(&model, STORE_MODEL_MODES);
+    good = model_choose_part(call, &model, &part);
+    count = good ? store_model_count(&model, STORE_MODEL_MODES) : 0;
     store_model_clear(&model);
-    if (form != TABLE_NPY && count > SURFACE_JSON_NUMBERS_MAX) {
+    if (good && form != TABLE_NPY && count > SURFACE_JSON_NUMBERS_MAX) {
         problem_add(&list, "/format",
                     "the modes have %zu numbers and a text answer at most %zu; ask for format=npy",
                     count, SURFACE_JSON_NUMBERS_MAX);
         (void)problem_respond_list(call, "invalid-input", &list);
         return;
     }
-    if (find_model(call, MODES, &model)) {
-        if (!unchanged(call, model.id, "modes", form)) {
+    if (good && find_model(call, MODES, &model)) {
+        if (part.name[0]) {
+            (void)snprintf(what, sizeof what, "modes.%zu", part.index);
+        }
+        if (!unchanged(call, model.id, what, form) && model_choose_part(call, &model, &part)) {
             respond_modes(call, &model, form);
         }
         store_model_clear(&model);

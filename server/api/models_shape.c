@@ -1,6 +1,6 @@
 /*
  * models_shape.c - GET /v1/models/{id}/shape: the surface at a point of a model, given by several
- * coefficients at once.
+ * coefficients at once; of a model of several structures that of the part that is asked for.
  *
  * The process modes answers the same for one component, as a job whose surfaces are kept. This is
  * for a page on which somebody moves sliders: nothing is stored, and nothing waits behind jobs. It
@@ -8,6 +8,7 @@
  * bound, starting from the mean surface. A client that goes away stops it.
  */
 #include "api/mesh_export.h"
+#include "api/model_parts.h"
 #include "api/models.h"
 #include "api/respond.h"
 #include "api/routes.h"
@@ -36,6 +37,7 @@ struct shape {
     size_t n;             /* coefficients that are given */
     double *coefficients; /* [components] in standard deviations */
     double *scores;       /* [components] */
+    struct model_part part;
     bool json;
     struct mesh_export choice;
     size_t resolution;
@@ -148,7 +150,9 @@ static void answer_json(struct api_call *call, const struct shape *shape)
     const double *c = shape->inversion.coefficients;
 
     respond_json(call, 200,
-                 json_pack("{s:s, s:o, s:o, s:o, s:{s:I, s:o, s:o, s:o}}", "model", shape->model.id,
+                 json_pack("{s:s, s:o, s:o, s:o, s:o, s:{s:I, s:o, s:o, s:o}}", "model",
+                           shape->model.id, "part",
+                           shape->part.name[0] ? json_string(shape->part.name) : json_null(),
                            "coefficients", json_vector(shape->coefficients, shape->n),
                            "relativeEnergy", json_finite(shape->inversion.relative_energy),
                            "offset", json_finite(shape->offset), "surface", "lmax",
@@ -210,14 +214,17 @@ static bool prepare(struct api_call *call, struct shape *shape)
     int status = store_model_get_as(store, call->request->caller.name, call->parameters[0], ARRAYS,
                                     &shape->model);
 
-    if (status == 0) {
-        status = store_surface_get(store, shape->model.mean, true, &shape->mean);
-    }
     if (status) {
         (void)problem_respond_store(call, status, "no-such-model", call->parameters[0]);
         return false;
     }
-    if (!is_answerable(call, &shape->model)) {
+    if (!is_answerable(call, &shape->model) ||
+        !model_choose_part(call, &shape->model, &shape->part)) {
+        return false;
+    }
+    status = store_surface_get(store, shape->model.mean, true, &shape->mean);
+    if (status) {
+        (void)problem_respond_store(call, status, "no-such-surface", shape->model.mean);
         return false;
     }
     shape->coefficients = srnf_alloc((size_t)shape->model.components, sizeof(double));
@@ -240,8 +247,8 @@ void models_shape(struct api_call *call)
         goto out;
     }
     store_sha256_hex(digest, shape.coefficients, shape.n * sizeof(double));
-    (void)snprintf(tag, sizeof tag, "%s.%.24s.%zu.%s", shape.model.id, digest, shape.resolution,
-                   shape.json ? "json" : shape.choice.format);
+    (void)snprintf(tag, sizeof tag, "%s.%.24s.%zu.%zu.%s", shape.model.id, digest, shape.part.index,
+                   shape.resolution, shape.json ? "json" : shape.choice.format);
     if (respond_not_modified(call, tag)) {
         goto out;
     }

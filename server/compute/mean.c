@@ -166,8 +166,8 @@ static int measure_pairs(const struct srnf_grid *grid, struct compute_mean_outpu
     return status ? compute_fail(result, status, NULL, "comparing the members") : 0;
 }
 
-int compute_mean_compare(const struct srnf_grid *grid, const struct compute_mean_inputs *inputs,
-                         struct compute_mean_outputs *outputs, struct jobs_result *result)
+static int compare(const struct srnf_grid *grid, const struct compute_mean_inputs *inputs,
+                   struct compute_mean_outputs *outputs, struct jobs_result *result)
 {
     int status = measure_angles(grid, inputs, outputs, result);
 
@@ -206,7 +206,7 @@ static int analyse(struct jobs_run *run, const struct compute_mean_inputs *input
         (void)compute_fail(result, status, &error, "computing the mean");
         goto out;
     }
-    status = compute_mean_compare(srnf_sht_grid(sht), inputs, outputs, result);
+    status = compare(srnf_sht_grid(sht), inputs, outputs, result);
     if (status == 0 && inputs->fit) {
         status = fit_components(run, sht, inputs, outputs, result);
     }
@@ -235,12 +235,6 @@ static double share_of_mean(const struct compute_mean_inputs *inputs)
 int compute_mean(struct jobs_run *run, const struct compute_mean_inputs *inputs,
                  struct compute_mean_outputs *outputs, struct jobs_result *result)
 {
-    int status;
-
     jobs_run_phase(run, inputs->share > 0.0 ? inputs->share : share_of_mean(inputs));
-    status = analyse(run, inputs, outputs, result);
-    if (status) {
-        compute_mean_clear(outputs);
-    }
-    return status;
+    return analyse(run, inputs, outputs, result);
 }

@@ -44,14 +44,13 @@ struct compute_mean_outputs {
  * The mean in the pulled-back metric begins from that: surfaces are registered to it, where they
  * are, and its surface, the distances to it and what it loses of the mean SRNF take the place of
  * those; it has no checkpoint of its own.
+ * A job of several means, one after the other, goes on from the checkpoint of the one that it was
+ * at; those of others are refused.
  * Returns 0, or a negative status with the problem in result; outputs are cleared with
- * compute_mean_clear.
+ * compute_mean_clear in any case.
  */
 int compute_mean(struct jobs_run *run, const struct compute_mean_inputs *inputs,
                  struct compute_mean_outputs *outputs, struct jobs_result *result);
-/* Sets angles and pairs from outputs->mean, where they are to be had. As compute_mean. */
-int compute_mean_compare(const struct srnf_grid *grid, const struct compute_mean_inputs *inputs,
-                         struct compute_mean_outputs *outputs, struct jobs_result *result);
 void compute_mean_clear(struct compute_mean_outputs *outputs);
 
 #endif

@@ -17,6 +17,60 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* ---- Parts ----------------------------------------------------------------------------------- */
+
+struct compute_joint compute_joint_of_one(const struct store_model *stored)
+{
+    struct compute_joint joint = {.n_parts = 1, .weights = {1.0}};
+
+    memcpy(joint.means[0], stored->mean, sizeof joint.means[0]);
+    return joint;
+}
+
+size_t compute_joint_rows(const struct compute_joint *joint, const struct store_model *stored)
+{
+    size_t all = (size_t)stored->n_theta;
+    size_t rows = joint->position_weight > 0.0 && all > 0 ? all - 1 : all;
+
+    return rows % joint->n_parts == 0 ? rows / joint->n_parts : 0;
+}
+
+/* The rows of a part in place of those of all, in each of `count` fields. */
+static int take_rows(double **fields, size_t count, size_t all, size_t from, size_t points)
+{
+    double *own = malloc(3 * count * points * sizeof(double));
+
+    if (!own) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t i = 0; i < 3 * count; i++) {
+        memcpy(own + i * points, *fields + i * all + from, points * sizeof(double));
+    }
+    free(*fields);
+    *fields = own;
+    return 0;
+}
+
+int compute_joint_take(const struct compute_joint *joint, size_t part, struct store_model *stored)
+{
+    static const enum store_model_array fields[] = {STORE_MODEL_MEAN_Q, STORE_MODEL_MODES};
+    size_t rows = compute_joint_rows(joint, stored), n_phi = (size_t)stored->n_phi;
+    int status = 0;
+
+    for (size_t i = 0; i < 2 && status == 0; i++) {
+        double **array = &stored->arrays[fields[i]];
+        size_t count = fields[i] == STORE_MODEL_MODES ? (size_t)stored->components : 1;
+
+        if (*array) {
+            status = take_rows(array, count, (size_t)stored->n_theta * n_phi, part * rows * n_phi,
+                               rows * n_phi);
+        }
+    }
+    stored->n_theta = (int64_t)rows;
+    memcpy(stored->mean, joint->means[part], sizeof stored->mean);
+    return status;
+}
+
 /* ---- The model ------------------------------------------------------------------------------- */
 
 void compute_model_clear(struct compute_model *model)
@@ -46,6 +100,7 @@ int compute_model_load(struct jobs_run *run, const char *id, struct compute_mode
         return compute_fail_store(result, status, id);
     }
     model->pca = view_of(stored);
+    model->joint = compute_joint_of_one(stored);
     status = compute_surface_load(run, stored->mean, 0.0, &model->mean, result);
     if (status) {
         compute_model_clear(model);
@@ -53,13 +108,46 @@ int compute_model_load(struct jobs_run *run, const char *id, struct compute_mode
     return status;
 }
 
+int compute_model_part(struct jobs_run *run, const struct compute_model *model, size_t part,
+                       struct compute_model *out, struct jobs_result *result)
+{
+    const char *id = model->stored.id;
+    int status;
+
+    *out = (struct compute_model){.pca = {.n = 0}};
+    status = store_model_get(jobs_run_store(run), id, (1u << STORE_MODEL_ARRAYS) - 1, &out->stored);
+    if (status) {
+        return compute_fail_store(result, status, id);
+    }
+    if (compute_joint_take(&model->joint, part, &out->stored)) {
+        status = compute_fail(result, SRNF_ENOMEM, NULL, "reading a part of the model");
+    }
+    out->pca = view_of(&out->stored);
+    out->joint = compute_joint_of_one(&out->stored);
+    status = status ? status : compute_surface_load(run, out->stored.mean, 0.0, &out->mean, result);
+    if (status) {
+        compute_model_clear(out);
+    }
+    return status;
+}
+
+int compute_model_stack(const struct compute_model *model, const struct srnf_sht *sht,
+                        struct srnf_stack *stack, struct jobs_result *result)
+{
+    const struct compute_joint *joint = &model->joint;
+    int status = srnf_stack_open(srnf_sht_grid(sht), joint->n_parts, joint->weights,
+                                 joint->position_weight, stack);
+
+    return status ? compute_fail(result, status, NULL, "reading the model") : 0;
+}
+
 int compute_model_transform(struct jobs_run *run, const struct compute_model *model,
                             const struct srnf_sht **sht, struct jobs_result *result)
 {
     const struct store_model *stored = &model->stored;
-    int status =
-        jobs_transform_acquire(jobs_run_jobs(run), (size_t)stored->lmax, SRNF_GRID_GAUSS_LEGENDRE,
-                               (size_t)stored->n_theta, (size_t)stored->n_phi, sht);
+    int status = jobs_transform_acquire(
+        jobs_run_jobs(run), (size_t)stored->lmax, SRNF_GRID_GAUSS_LEGENDRE,
+        compute_joint_rows(&model->joint, stored), (size_t)stored->n_phi, sht);
 
     return status ? compute_fail(result, status, NULL, "preparing the harmonic transform") : 0;
 }

@@ -22,6 +22,7 @@ void compute_parts_clear(struct compute_parts_outputs *o)
     srnf_free(o->relative_energy);
     srnf_free(o->mode_measures);
     srnf_joint_pca_clear(&o->joint);
+    srnf_joint_model_clear(&o->kept);
     compute_group_clear(&o->group);
     *o = (struct compute_parts_outputs){.n_parts = 0};
 }
@@ -42,48 +43,22 @@ static struct compute_group view_of(const struct compute_group *group, size_t fr
     };
 }
 
-static int find_mean(struct jobs_run *run, const struct srnf_sht *sht,
-                     const struct compute_parts_inputs *inputs, struct compute_mean_outputs *part,
-                     struct jobs_result *result)
+static int find_means(struct jobs_run *run, const struct compute_parts_inputs *inputs,
+                      struct compute_parts_outputs *o, struct jobs_result *result)
 {
-    const double origin[3] = {0.0, 0.0, 0.0};
-    const struct compute_mean_inputs more = {.registration = inputs->registration};
-    struct srnf_mean_options options = srnf_mean_options_defaults();
-    struct srnf_error error = {0};
-    int status;
-
-    options.registration = inputs->registration;
-    options.tolerance = inputs->tolerance;
-    options.max_iterations = inputs->max_iterations;
-    jobs_run_phase(run, SHARE_MEANS / (double)inputs->n_parts);
-    status = srnf_karcher_mean(sht, part->group.n, part->group.surfaces, &options,
-                               jobs_run_context(run), &part->mean, &error);
-    if (status < 0) {
-        return compute_fail(result, status, &error, "computing the mean of a part");
-    }
-    status = compute_mean_compare(srnf_sht_grid(sht), &more, part, result);
-    if (status == 0) {
-        status = compute_measure(run, part->group.degree, 1, part->mean.coefficients,
-                                 &part->measures, result);
-    }
-    if (status == 0) {
-        srnf_surface_move(part->group.degree, part->mean.coefficients, &part->measures, origin);
-    }
-    return status;
-}
-
-static int find_means(struct jobs_run *run, const struct srnf_sht *sht,
-                      const struct compute_parts_inputs *inputs, struct compute_parts_outputs *o,
-                      struct jobs_result *result)
-{
+    const struct compute_mean_inputs more = {
+        .registration = inputs->registration,
+        .tolerance = inputs->tolerance,
+        .max_iterations = inputs->max_iterations,
+        .share = SHARE_MEANS / (double)inputs->n_parts,
+    };
     int status = 0;
 
-    jobs_run_keep_parts(run);
     for (size_t p = 0; p < o->n_parts && status == 0; p++) {
         const struct srnf_mean *mean = &o->means[p].mean;
 
         o->means[p].group = view_of(&o->group, p * inputs->n, inputs->n);
-        status = find_mean(run, sht, inputs, &o->means[p], result);
+        status = compute_mean(run, &more, &o->means[p], result);
         o->parts[p] = (struct srnf_part){mean->mean_q, mean->registered_q, inputs->weights[p]};
     }
     return status;
@@ -209,6 +184,13 @@ static int fit(struct jobs_run *run, const struct srnf_sht *sht,
         return compute_fail(result, SRNF_EDEGENERATE, NULL,
                             "principal components of subjects that do not differ");
     }
+    if (status == 0) {
+        struct srnf_context quiet = *jobs_run_context(run);
+
+        quiet.progress = NULL;
+        status = srnf_joint_model_make(srnf_sht_grid(sht), &o->joint, o->parts, inputs->positions,
+                                       inputs->position_weight, &quiet, &o->kept);
+    }
     return status < 0 ? compute_fail(result, status, NULL, "fitting the joint components") : 0;
 }
 
@@ -226,7 +208,7 @@ int compute_parts(struct jobs_run *run, const struct compute_parts_inputs *input
     o->n_parts = inputs->n_parts;
     o->means = srnf_alloc(o->n_parts, sizeof *o->means);
     o->parts = srnf_alloc(o->n_parts, sizeof *o->parts);
-    status = o->means && o->parts ? find_means(run, sht, inputs, o, result)
+    status = o->means && o->parts ? find_means(run, inputs, o, result)
                                   : compute_fail(result, SRNF_ENOMEM, NULL, "computing the means");
     status = status ? status : fit(run, sht, inputs, o, result);
     status = status ? status : find_surfaces(run, sht, inputs, o, result);

@@ -27,6 +27,7 @@ struct compute_parts_outputs {
     struct compute_mean_outputs *means;
     struct srnf_part *parts; /* [n_parts] views of means */
     struct srnf_joint_pca joint;
+    struct srnf_joint_model kept; /* the same as a model keeps it */
     /* Of the surfaces [modes][2][n_parts], first the ones of negative scores. */
     double *coefficients;
     double *relative_energy;

@@ -83,37 +83,26 @@ static double *place(const struct modes *modes, size_t components, double deviat
     return scores;
 }
 
-static json_t *document_of(struct jobs_run *run, const struct modes *modes,
-                           const struct compute_model *model,
-                           const struct compute_reconstruction *points, double deviation,
-                           struct jobs_result *result)
+static json_t *document_of(const struct modes *modes, double deviation,
+                           const struct model_shapes *shapes)
 {
-    char names[PROCESS_COEFFICIENTS_MAX][MODEL_NAME_MAX];
-    size_t n = modes->coefficients.n;
-    json_t *surfaces;
-
-    for (size_t i = 0; i < n; i++) {
-        (void)snprintf(names[i], sizeof names[i], "mode %ld, %+.4g sd", modes->mode,
-                       modes->coefficients.values[i]);
-    }
-    surfaces = model_keep_surfaces(run, "modes", model, points, names, result);
-    return surfaces ? json_pack("{s:o, s:o, s:o, s:o}", "surfaces", surfaces, "coefficients",
-                                json_vector(modes->coefficients.values, n), "standardDeviation",
-                                json_finite(deviation), "relativeEnergy",
-                                json_vector(points->relative_energy, n))
-                    : NULL;
+    return json_pack(
+        "{s:O, s:O, s:o, s:o, s:O}", "surfaces", shapes->surfaces, "parts", shapes->parts,
+        "coefficients", json_vector(modes->coefficients.values, modes->coefficients.n),
+        "standardDeviation", json_finite(deviation), "relativeEnergy", shapes->energies);
 }
 
 static json_t *run_modes(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
     const struct modes *modes = typed;
     size_t n = modes->coefficients.n, before[PROCESS_COEFFICIENTS_MAX];
+    char names[PROCESS_COEFFICIENTS_MAX][MODEL_NAME_MAX];
     struct compute_model model = {0};
-    struct compute_reconstruction points = {0};
+    struct model_shapes shapes = {.surfaces = NULL};
     json_t *document = NULL;
     double deviation, *scores = NULL;
 
-    if (compute_model_load(run, modes->model, &model, result)) {
+    if (model_load(run, modes->model, &model, result)) {
         goto out;
     }
     deviation = sqrt(model.pca.eigenvalues[modes->mode - 1]);
@@ -124,12 +113,15 @@ static json_t *run_modes(struct jobs_run *run, const void *typed, struct jobs_re
     }
     for (size_t i = 0; i < n; i++) {
         before[i] = point_before(modes->coefficients.values, n, i);
+        (void)snprintf(names[i], sizeof names[i], "mode %ld, %+.4g sd", modes->mode,
+                       modes->coefficients.values[i]);
     }
-    if (compute_reconstruct(run, &model, n, scores, before, &points, result) == 0) {
-        document = document_of(run, modes, &model, &points, deviation, result);
+    if (model_shapes_make(run, "modes", &model, n, scores, before,
+                          (const char(*)[MODEL_NAME_MAX])names, &shapes, result)) {
+        document = document_of(modes, deviation, &shapes);
     }
 out:
-    compute_reconstruction_clear(&points);
+    model_shapes_clear(&shapes);
     srnf_free(scores);
     compute_model_clear(&model);
     return document;

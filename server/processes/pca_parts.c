@@ -9,12 +9,11 @@
  */
 #include "processes/pca_parts.h"
 
-#include <math.h>
+#include <stdio.h>
 #include <string.h>
 
+#include "toolkit/positions.h"
 #include "toolkit/seconds.h"
-
-#define UNTURNED 1e-9 /* of the entries of a rotation from those of the identity */
 
 /* ---- Inputs and outputs ---------------------------------------------------------------------- */
 
@@ -51,6 +50,9 @@ static const struct process_input inputs[] = {
 };
 
 static const struct process_output outputs[] = {
+    {"model", OUTPUT_OBJECT,
+     "Record of the model, of kind parts: what one of pca has, of subjects, and parts and "
+     "positions. project, score, modes and sample take it."},
     {"parts", OUTPUT_OBJECTS,
      "For each part: name, weight, mean (record of its surface), relativeEnergy of that, "
      "iterations, converged, variance (weighted, as in totalVariance), share of the total, and "
@@ -102,80 +104,23 @@ static void complete(struct process_inputs *given)
 
 /* ---- Positions ------------------------------------------------------------------------------- */
 
-static bool is_turned(const double rotation[9])
+/* Those of one subject: [n_parts][3]. */
+static int find_subject(struct jobs_run *run, const struct pca_parts *asked,
+                        const struct srnf_sht *sht, const struct compute_group *group,
+                        size_t subject, double *own, struct jobs_result *result)
 {
-    for (size_t k = 0; k < 9; k++) {
-        if (!(fabs(rotation[k] - (k % 4 == 0 ? 1.0 : 0.0)) < UNTURNED)) {
-            return true;
-        }
+    struct compute_surface surfaces[PCA_PARTS_MAX];
+    const double *numbers[PCA_PARTS_MAX];
+
+    for (size_t p = 0; p < asked->n_parts; p++) {
+        size_t i = p * asked->n + subject;
+
+        surfaces[p] = (struct compute_surface){.scale = group->scales[i]};
+        (void)snprintf(surfaces[p].id, sizeof surfaces[p].id, "%s", asked->group.ids[i]);
+        memcpy(surfaces[p].origin, group->origins[i], sizeof surfaces[p].origin);
+        numbers[p] = group->surfaces[i];
     }
-    return false;
-}
-
-/* Where a member is, and how many units of its coordinates one of its surface's is; false with the
-   problem set. */
-static bool place_member(struct jobs_run *run, const struct pca_parts *asked,
-                         const struct compute_group *group, size_t i, double x[3], double *scale,
-                         struct jobs_result *result)
-{
-    struct compute_surface surface = {.scale = group->scales[i]};
-    struct surface_place place;
-    struct srnf_error error = {.element = (int64_t)i};
-
-    (void)snprintf(surface.id, sizeof surface.id, "%s", asked->group.ids[i]);
-    memcpy(surface.origin, group->origins[i], sizeof surface.origin);
-    place = process_place(run, &surface);
-    if (!place.known || is_turned(place.rotation)) {
-        (void)snprintf(error.message, sizeof error.message, "%s %s", surface.id,
-                       place.known ? "was turned: relativePose takes surfaces as they came"
-                                   : "has no place: relativePose takes meshes, or surfaces that "
-                                     "encode made of them");
-        (void)compute_fail(result, SRNF_EINVAL, &error, "placing the parts");
-        return false;
-    }
-    memcpy(x, place.origin, sizeof place.origin);
-    *scale = place.scale;
-    return true;
-}
-
-/* What finding positions takes. */
-struct positions {
-    struct jobs_run *run;
-    const struct pca_parts *asked;
-    const struct compute_group *group;
-    const struct srnf_sht *sht;
-    double *normalized; /* [3][(L+1)^2] */
-};
-
-/* Those of one subject: [n_parts][3]. A problem of its own is set, or the status is to be told. */
-static int find_subject(const struct positions *of, size_t subject, double *own,
-                        struct jobs_result *result)
-{
-    size_t parts = of->asked->n_parts;
-    double middle[3] = {0.0, 0.0, 0.0}, area = 0.0;
-
-    for (size_t p = 0; p < parts; p++) {
-        size_t i = p * of->asked->n + subject;
-        double scale, log_length;
-        int status;
-
-        if (!place_member(of->run, of->asked, of->group, i, own + 3 * p, &scale, result)) {
-            return SRNF_EINVAL;
-        }
-        status = srnf_normalize(of->sht, of->group->surfaces[i], of->normalized, &log_length);
-        if (status) {
-            return compute_fail(result, status, &(struct srnf_error){.element = (int64_t)i},
-                                "measuring the parts");
-        }
-        area += scale * scale * exp(2.0 * log_length);
-        for (size_t c = 0; c < 3; c++) {
-            middle[c] += own[3 * p + c] / (double)parts;
-        }
-    }
-    for (size_t k = 0; k < 3 * parts; k++) {
-        own[k] = (own[k] - middle[k % 3]) / sqrt(area);
-    }
-    return SRNF_OK;
+    return positions_find(run, sht, asked->n_parts, surfaces, numbers, own, result);
 }
 
 /* [n][n_parts][3]; NULL with the problem set. */
@@ -183,22 +128,18 @@ static double *find_positions(struct jobs_run *run, const struct pca_parts *aske
                               const struct compute_group *group, struct jobs_result *result)
 {
     struct jobs *jobs = jobs_run_jobs(run);
-    struct positions of = {.run = run, .asked = asked, .group = group};
+    const struct srnf_sht *sht = NULL;
     double *positions = srnf_alloc(3 * asked->n * asked->n_parts, sizeof(double));
-    int status =
-        jobs_transform_acquire(jobs, group->degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &of.sht);
+    int status = jobs_transform_acquire(jobs, group->degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht);
 
-    of.normalized = srnf_alloc(srnf_coefficient_count(group->degree), 3 * sizeof(double));
-    if (status || !positions || !of.normalized) {
+    if (status || !positions) {
         status = compute_fail(result, status ? status : SRNF_ENOMEM, NULL, "placing the parts");
     }
     for (size_t i = 0; i < asked->n && !status; i++) {
-        status = find_subject(&of, i, positions + 3 * i * asked->n_parts, result);
+        status =
+            find_subject(run, asked, sht, group, i, positions + 3 * i * asked->n_parts, result);
     }
-    if (of.sht) {
-        jobs_transform_release(jobs, of.sht);
-    }
-    srnf_free(of.normalized);
+    jobs_transform_release(jobs, sht);
     if (status) {
         srnf_free(positions);
         return NULL;

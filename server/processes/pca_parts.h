@@ -36,6 +36,15 @@ json_t *pca_parts_document(struct jobs_run *run, const struct pca_parts *asked,
                            const struct compute_parts_inputs *inputs,
                            const struct compute_parts_outputs *found, struct jobs_result *result);
 
+/* ---- pca_parts_model.c ----------------------------------------------------------------------- */
+
+/* Keeps the model of the result document; its record (new reference), or NULL with the problem
+   set. */
+json_t *pca_parts_keep(struct jobs_run *run, const struct pca_parts *asked,
+                       const struct compute_parts_inputs *inputs,
+                       const struct compute_parts_outputs *found, const json_t *document,
+                       struct jobs_result *result);
+
 /* ---- pca_parts_doubts.c ---------------------------------------------------------------------- */
 
 /* Adds the warnings of each part, by its name: of its members, its mean and its modes. false with

@@ -192,7 +192,7 @@ json_t *pca_parts_document(struct jobs_run *run, const struct pca_parts *asked,
     const struct group_input *group = &asked->group;
     const struct results r = {run,   asked,  inputs,
                               found, result, json_object_get(group->cohort, "parts")};
-    json_t *document;
+    json_t *document, *model;
 
     if (!process_finite(found->joint.components * found->joint.n, found->joint.scores, "the scores",
                         result)) {
@@ -203,6 +203,12 @@ json_t *pca_parts_document(struct jobs_run *run, const struct pca_parts *asked,
         json_decref(document);
         return NULL;
     }
+    model = pca_parts_keep(run, asked, inputs, found, document, result);
+    if (!model) {
+        json_decref(document);
+        return NULL;
+    }
+    (void)json_object_set_new(document, "model", model);
     group_warn_duplicates(run, document, group->surfaces, group->cohort,
                           (const char(*)[STORE_ID_MAX])found->group.contents);
     if (!pca_parts_warn(run, asked, inputs, found, document, result)) {

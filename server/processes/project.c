@@ -7,6 +7,7 @@
 
 #include "toolkit/model.h"
 #include "toolkit/seconds.h"
+#include "toolkit/subject.h"
 #include "toolkit/table.h"
 #include "api/models.h"
 #include "api/warnings.h"
@@ -17,16 +18,14 @@
 #include "toolkit/typicality.h"
 
 struct project {
-    char model[STORE_ID_MAX], surface[STORE_ID_MAX];
+    char model[STORE_ID_MAX];
+    struct subject_input subject;
     int handedness; /* enum handedness */
 };
 
 static const struct process_input inputs[] = {
     MODEL_INPUT(project),
-    {"surface", INPUT_SURFACE, offsetof(struct project, surface),
-     "The surface; registered to the mean as those of the model were. A mesh is encoded with the "
-     "default options.",
-     .required = true},
+    SUBJECT_INPUTS(project),
     HANDEDNESS_INPUT(project, "the mirror image of the surface as well, and to warn where it"),
     {.name = NULL},
 };
@@ -50,13 +49,14 @@ static const struct process_output outputs[] = {
      "or too unlike each other, to set one. percentile is the share of the subjects below, each "
      "counting once however many members it has. Of a member of the model the values are its own "
      "when its subject is left out. Null where the model has none."},
+    SUBJECT_OUTPUTS,
     {"registration", OUTPUT_OBJECT_OR_NULL,
      "How surfaces were registered: degree, penalty and all other options; null where they were "
      "not."},
     {NULL, NULL, NULL},
 };
 
-static json_t *document_of(const struct compute_model *model,
+static json_t *document_of(const struct project *project, const struct compute_model *model,
                            const struct srnf_register_options *registration,
                            const struct compute_projection *projection)
 {
@@ -67,6 +67,7 @@ static json_t *document_of(const struct compute_model *model,
         json_finite(projection->distance), "distanceBefore",
         json_finite(projection->distance_before), "registration", registration_json(registration));
 
+    subject_set_parts(document, &project->subject, model, projection);
     typicality_set_projection(document, projection);
     return document;
 }
@@ -74,12 +75,13 @@ static json_t *document_of(const struct compute_model *model,
 /* Members of the model are on its side. False with the problem set. */
 static bool try_mirrored(struct jobs_run *run, const struct project *project,
                          const struct compute_model *model,
+                         const struct compute_projected *projected,
                          const struct srnf_register_options *registration,
                          const struct compute_projection *projection,
                          struct compute_mirror_trial *trial, struct jobs_result *result)
 {
     return project->handedness == HANDEDNESS_IGNORE || projection->training_subject ||
-           compute_project_mirrored(run, model, project->surface, registration, projection, trial,
+           compute_project_mirrored(run, model, projected, registration, projection, trial,
                                     result) == 0;
 }
 
@@ -89,28 +91,31 @@ static json_t *run_project(struct jobs_run *run, const void *typed, struct jobs_
     const struct srnf_register_options *registration = NULL;
     struct srnf_register_options options;
     struct compute_model model = {0};
+    struct compute_projected projected;
     struct compute_projection projection = {0};
     struct model_members members = {0};
     struct compute_mirror_trial trial = {.distance = 0.0};
     json_t *made = NULL, *document = NULL;
 
-    if (compute_model_load(run, project->model, &model, result)) {
+    if (model_load(run, project->model, &model, result) ||
+        !subject_open(&project->subject, &model, &projected, result)) {
         goto out;
     }
     made = model_made_from(&model.stored);
     if (registration_read(json_object_get(made, "registration"), &options)) {
         registration = &options;
     }
-    if (model_members_read(made, model.pca.n, &members)) {
+    if (model_members_read(made, model.pca.n, model.joint.n_parts, &members)) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the model");
         goto out;
     }
-    if (compute_project(run, &model, project->surface, registration, &members.view, &projection,
+    if (compute_project(run, &model, &projected, registration, &members.view, &projection,
                         result) == 0 &&
         process_finite(model.pca.components, projection.scores, "the scores", result) &&
-        try_mirrored(run, project, &model, registration, &projection, &trial, result)) {
-        document = document_of(&model, registration, &projection);
-        warnings_put(document, handedness_of_projection(run, project->surface, made, &trial));
+        try_mirrored(run, project, &model, &projected, registration, &projection, &trial, result)) {
+        document = document_of(project, &model, registration, &projection);
+        warnings_put(document,
+                     handedness_of_projection(run, project->subject.surface, made, &trial));
     }
 out:
     compute_projection_clear(&projection);
@@ -124,14 +129,15 @@ static const struct process_table table = {
     .inputs = inputs,
     .outputs = outputs,
     .size = sizeof(struct project),
+    .complete = subject_check,
     .run = run_project,
 };
 
 const struct api_process project_process = {
     .id = "project",
     .title = "Project a surface into a model",
-    .description = "The scores of a surface in a model that is not fitted again, and what its "
-                   "components cannot represent.",
+    .description = "The scores of a surface, or of the structures of a subject, in a model that is "
+                   "not fitted again, and what its components cannot represent.",
     .table = &table,
     .seconds = project_seconds,
 };

@@ -63,35 +63,26 @@ static double *draw(const struct compute_model *model, uint64_t seed, size_t n, 
     return scores;
 }
 
-static json_t *document_of(struct jobs_run *run, const struct sample *sample,
-                           const struct compute_model *model,
-                           const struct compute_reconstruction *points, const double *scores,
-                           struct jobs_result *result)
+static json_t *document_of(const struct sample *sample, const struct compute_model *model,
+                           const double *scores, const struct model_shapes *shapes)
 {
-    size_t n = (size_t)sample->count, shape[2] = {n, model->pca.components};
-    char names[PROCESS_SAMPLES_MAX][MODEL_NAME_MAX];
-    json_t *surfaces;
+    size_t shape[2] = {(size_t)sample->count, model->pca.components};
 
-    for (size_t i = 0; i < n; i++) {
-        (void)snprintf(names[i], sizeof names[i], "sample %zu, seed %ld", i + 1, sample->seed);
-    }
-    surfaces = model_keep_surfaces(run, "sample", model, points, names, result);
-    return surfaces ? json_pack("{s:o, s:o, s:o}", "surfaces", surfaces, "scores",
-                                json_nested(scores, 2, shape), "relativeEnergy",
-                                json_vector(points->relative_energy, n))
-                    : NULL;
+    return json_pack("{s:O, s:O, s:o, s:O}", "surfaces", shapes->surfaces, "parts", shapes->parts,
+                     "scores", json_nested(scores, 2, shape), "relativeEnergy", shapes->energies);
 }
 
 static json_t *run_sample(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
     const struct sample *sample = typed;
     size_t n = (size_t)sample->count, before[PROCESS_SAMPLES_MAX];
+    char names[PROCESS_SAMPLES_MAX][MODEL_NAME_MAX];
     struct compute_model model = {0};
-    struct compute_reconstruction points = {0};
+    struct model_shapes shapes = {.surfaces = NULL};
     json_t *document = NULL;
     double *scores = NULL;
 
-    if (compute_model_load(run, sample->model, &model, result)) {
+    if (model_load(run, sample->model, &model, result)) {
         goto out;
     }
     scores = draw(&model, (uint64_t)sample->seed, n, (size_t)sample->components);
@@ -101,12 +92,14 @@ static json_t *run_sample(struct jobs_run *run, const void *typed, struct jobs_r
     }
     for (size_t i = 0; i < n; i++) {
         before[i] = n; /* the mean */
+        (void)snprintf(names[i], sizeof names[i], "sample %zu, seed %ld", i + 1, sample->seed);
     }
-    if (compute_reconstruct(run, &model, n, scores, before, &points, result) == 0) {
-        document = document_of(run, sample, &model, &points, scores, result);
+    if (model_shapes_make(run, "sample", &model, n, scores, before,
+                          (const char(*)[MODEL_NAME_MAX])names, &shapes, result)) {
+        document = document_of(sample, &model, scores, &shapes);
     }
 out:
-    compute_reconstruction_clear(&points);
+    model_shapes_clear(&shapes);
     srnf_free(scores);
     compute_model_clear(&model);
     return document;

@@ -18,10 +18,7 @@
 
 static const struct process_input inputs[] = {
     MODEL_INPUT(score),
-    {"surface", INPUT_SURFACE, offsetof(struct score, surface),
-     "The surface; registered to the mean as those of the model were. A mesh is encoded with the "
-     "default options.",
-     .required = true},
+    SUBJECT_INPUTS(score),
     {"formula", INPUT_OWN, offsetof(struct score, expected),
      "shape ~ terms, as in regress, of the covariates that the cohort of the model has now: the "
      "surface is compared with what is expected of its covariates. null: with the mean.",
@@ -70,7 +67,9 @@ static const struct process_output outputs[] = {
      "significance "
      "((1 + subjects whose |z| is as large anywhere) / (1 + subjects)). Lengths are in the units "
      "of the input, at the mean size of the members. Null where it was not asked for, or the model "
-     "keeps a part of its components."},
+     "keeps a part of its components. Of a model of several structures each entry of parts has one "
+     "of its own, as well as largestZ, and this is null."},
+    SUBJECT_OUTPUTS,
     {"calibration", OUTPUT_OBJECT_OR_NULL,
      "Percentiles of subjects that models of four fifths of the others have not seen: subjects; "
      "and for residual, mahalanobis and overall {percentiles, distance, pValue}, Kolmogorov's "
@@ -104,41 +103,108 @@ static bool is_complete(const struct compute_model *model)
     return complete && total > 0.0;
 }
 
-static int compute(struct jobs_run *run, const struct score *asked,
-                   const struct compute_model *model, const struct model_members *members,
-                   const struct compute_projection *projection, struct srnf_score *found,
-                   struct jobs_result *result)
+/* What the core is asked; the model's arrays are borrowed. */
+static struct srnf_norm_model norm_of(const struct score *asked, const struct compute_model *model,
+                                      const struct model_members *members, bool complete)
 {
-    const struct store_model *stored = &model->stored;
-    const struct srnf_calibration calibration = {model->pca.n,
-                                                 stored->arrays[STORE_MODEL_CALIBRATION]};
-    const struct srnf_norm_model norm = {
+    return (struct srnf_norm_model){
         .pca = &model->pca,
         .mean = model->mean.coefficients,
-        .mean_q = stored->arrays[STORE_MODEL_MEAN_Q],
+        .mean_q = model->stored.arrays[STORE_MODEL_MEAN_Q],
         .subjects = members->subjects,
-        .calibration = calibration.values ? &calibration : NULL,
-        .complete = is_complete(model),
+        .complete = complete,
         .columns = asked->expected.given ? asked->expected.design.design.columns : 0,
         .values = asked->expected.design.values,
     };
-    struct srnf_norm_options options = srnf_norm_options_defaults();
-    const struct srnf_sht *sht = NULL;
-    struct srnf_error error = {0};
-    int status =
-        jobs_transform_acquire(jobs_run_jobs(run), (size_t)stored->lmax, SRNF_GRID_GAUSS_LEGENDRE,
-                               (size_t)stored->n_theta, (size_t)stored->n_phi, &sht);
+}
 
-    if (status) {
-        return compute_fail(result, status, NULL, "preparing the harmonic transform");
+/* What a run needs all along. */
+struct scoring {
+    struct jobs_run *run;
+    const struct score *asked;
+    const struct compute_model *model;
+    const struct model_members *members;
+    const struct compute_projection *projection;
+    const struct srnf_sht *sht;
+    struct srnf_stack stack;
+    struct srnf_norm_options options;
+    bool complete;
+    struct jobs_result *result;
+};
+
+/* The map of one part, as it lies beside its mean. */
+static int map_part(const struct scoring *s, size_t p, struct srnf_score *found)
+{
+    size_t count = 3 * s->stack.own->n_theta * s->stack.own->n_phi;
+    struct compute_model part;
+    struct srnf_norm_model norm;
+    struct srnf_error error = {0};
+    double *q = srnf_alloc(count, sizeof(double));
+    int status;
+
+    if (!q) {
+        return compute_fail(s->result, SRNF_ENOMEM, NULL, "comparing a part");
     }
-    options.at = asked->expected.design.at;
-    options.member = projection->member;
-    options.map = asked->map && norm.complete;
-    options.check = asked->calibration;
-    status = srnf_score(sht, &norm, projection->q, &options, jobs_run_context(run), found, &error);
-    jobs_transform_release(jobs_run_jobs(run), sht);
-    return status ? compute_fail(result, status, &error, "comparing with the model's members") : 0;
+    status = compute_model_part(s->run, s->model, p, &part, s->result);
+    if (status == 0) {
+        norm = norm_of(s->asked, &part, s->members, true);
+        srnf_stack_take(&s->stack, p, s->projection->q, q);
+        status =
+            srnf_norm_map(s->sht, &norm, q, &s->options, jobs_run_context(s->run), found, &error);
+        compute_model_clear(&part);
+        status = status ? compute_fail(s->result, status, &error, "comparing a part") : 0;
+    }
+    srnf_free(q);
+    return status;
+}
+
+static int compare(struct scoring *s, struct score_found *found)
+{
+    const struct compute_model *model = s->model;
+    const struct srnf_calibration calibration = {model->pca.n,
+                                                 model->stored.arrays[STORE_MODEL_CALIBRATION]};
+    struct srnf_norm_model norm = norm_of(s->asked, model, s->members, s->complete);
+    struct srnf_error error = {0};
+    bool several = json_is_object(s->asked->subject.parts);
+    bool map = s->asked->map && s->complete;
+    int status;
+
+    norm.grid = several ? &s->stack.grid : NULL;
+    norm.calibration = calibration.values ? &calibration : NULL;
+    s->options.at = s->asked->expected.design.at;
+    s->options.member = s->projection->member;
+    s->options.check = s->asked->calibration;
+    s->options.map = map && !several;
+    status = srnf_score(s->sht, &norm, s->projection->q, &s->options, jobs_run_context(s->run),
+                        &found->whole, &error);
+    if (status) {
+        return compute_fail(s->result, status, &error, "comparing with the model's members");
+    }
+    for (size_t p = 0; p < model->joint.n_parts && map && several && status == 0; p++) {
+        status = map_part(s, p, &found->maps[p]);
+    }
+    return status;
+}
+
+static int compute(struct scoring *s, struct score_found *found)
+{
+    int status = compute_model_transform(s->run, s->model, &s->sht, s->result);
+
+    s->options = srnf_norm_options_defaults();
+    s->complete = is_complete(s->model);
+    status = status ? status : compute_model_stack(s->model, s->sht, &s->stack, s->result);
+    status = status ? status : compare(s, found);
+    srnf_stack_clear(&s->stack);
+    jobs_transform_release(jobs_run_jobs(s->run), s->sht);
+    return status;
+}
+
+static void clear_found(struct score_found *found)
+{
+    srnf_score_clear(&found->whole);
+    for (size_t p = 0; p < SRNF_PARTS_MAX; p++) {
+        srnf_score_clear(&found->maps[p]);
+    }
 }
 
 static json_t *run_score(struct jobs_run *run, const void *typed, struct jobs_result *result)
@@ -147,35 +213,43 @@ static json_t *run_score(struct jobs_run *run, const void *typed, struct jobs_re
     const struct srnf_register_options *registration = NULL;
     struct srnf_register_options options;
     struct compute_model model = {0};
+    struct compute_projected projected;
     struct compute_projection projection = {0};
     struct model_members members = {0};
-    struct srnf_score found = {0};
+    struct score_found found = {.whole = {0}};
     struct compute_mirror_trial trial = {.distance = 0.0};
+    struct scoring scoring = {.run = run,
+                              .asked = asked,
+                              .model = &model,
+                              .members = &members,
+                              .projection = &projection,
+                              .result = result};
     json_t *made = NULL, *document = NULL;
 
-    if (compute_model_load(run, asked->model, &model, result)) {
+    if (model_load(run, asked->model, &model, result) ||
+        !subject_open(&asked->subject, &model, &projected, result)) {
         goto out;
     }
     made = model_made_from(&model.stored);
     if (registration_read(json_object_get(made, "registration"), &options)) {
         registration = &options;
     }
-    if (model_members_read(made, model.pca.n, &members)) {
+    if (model_members_read(made, model.pca.n, model.joint.n_parts, &members)) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the model");
         goto out;
     }
-    if (compute_project(run, &model, asked->surface, registration, &members.view, &projection,
+    if (compute_project(run, &model, &projected, registration, &members.view, &projection,
                         result) == 0 &&
-        compute(run, asked, &model, &members, &projection, &found, result) == 0 &&
+        compute(&scoring, &found) == 0 &&
         (asked->handedness == HANDEDNESS_IGNORE || projection.training_subject ||
-         compute_project_mirrored(run, &model, asked->surface, registration, &projection, &trial,
+         compute_project_mirrored(run, &model, &projected, registration, &projection, &trial,
                                   result) == 0)) {
-        document = score_document(run, asked, &model, &projection, registration,
-                                  handedness_of_projection(run, asked->surface, made, &trial),
-                                  &found, result);
+        document = score_document(
+            run, asked, &model, &projection, registration,
+            handedness_of_projection(run, asked->subject.surface, made, &trial), &found, result);
     }
 out:
-    srnf_score_clear(&found);
+    clear_found(&found);
     compute_projection_clear(&projection);
     model_members_clear(&members);
     json_decref(made);
@@ -194,7 +268,8 @@ static const struct process_table table = {
 const struct api_process score_process = {
     .id = "score",
     .title = "A surface beside the norm",
-    .description = "How odd a surface is beside the members of a model, each of which is left out "
+    .description = "How odd a surface, or the structures of a subject, are beside the members of a "
+                   "model, each of which is left out "
                    "in turn: percentiles, a map in standard deviations, and whether percentiles "
                    "are what they say. Covariates may tell what is expected of it.",
     .methods = "A surface was compared with the members of a model, each left out in turn, so that "

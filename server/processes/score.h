@@ -6,6 +6,7 @@
 
 #include "toolkit/design.h"
 #include "toolkit/model.h"
+#include "toolkit/subject.h"
 
 /* The covariates of the members and of the surface, as the formula takes them. */
 struct score_expected {
@@ -16,7 +17,8 @@ struct score_expected {
 };
 
 struct score {
-    char model[STORE_ID_MAX], surface[STORE_ID_MAX];
+    char model[STORE_ID_MAX];
+    struct subject_input subject;
     struct score_expected expected;
     bool map, calibration;
     int handedness; /* enum handedness */
@@ -27,12 +29,18 @@ struct score {
 extern const struct input_own score_formula, score_covariates;
 void score_describe(struct process_inputs *given);
 
+/* What was found. */
+struct score_found {
+    struct srnf_score whole;
+    struct srnf_score maps[SRNF_PARTS_MAX]; /* of each part of several; of one it is in whole */
+};
+
 /* score_result.c: the document; NULL with the problem set. sides: warnings of handedness, taken
    over. */
 json_t *score_document(struct jobs_run *run, const struct score *asked,
                        const struct compute_model *model,
                        const struct compute_projection *projection,
                        const struct srnf_register_options *registration, json_t *sides,
-                       struct srnf_score *found, struct jobs_result *result);
+                       struct score_found *found, struct jobs_result *result);
 
 #endif

@@ -130,9 +130,10 @@ static size_t find_member(const json_t *members, const char *id, const bool *tak
     return i;
 }
 
-/* The members of the cohort in the order of the model's; NULL with a problem noted. */
-static json_t *align(struct process_inputs *given, const json_t *surfaces, const json_t *members,
-                     const char *cohort)
+/* The members of the cohort in the order of the model's, of several structures those of the first;
+   NULL with a problem noted. */
+static json_t *align(struct process_inputs *given, const json_t *surfaces, size_t subjects,
+                     const json_t *members, const char *cohort)
 {
     size_t n = json_array_size(members);
     bool *taken = srnf_alloc(n ? n : 1, sizeof *taken);
@@ -141,7 +142,7 @@ static json_t *align(struct process_inputs *given, const json_t *surfaces, const
     if (!taken) {
         json_memory_fail();
     }
-    for (size_t i = 0; taken && i < json_array_size(surfaces); i++) {
+    for (size_t i = 0; taken && i < subjects; i++) {
         const char *id = json_string_value(json_array_get(surfaces, i));
         size_t at = find_member(members, id ? id : "", taken);
 
@@ -161,7 +162,7 @@ static json_t *align(struct process_inputs *given, const json_t *surfaces, const
     return aligned;
 }
 
-static json_t *find_members(struct process_inputs *given, const json_t *made)
+static json_t *find_members(struct process_inputs *given, const json_t *made, size_t n)
 {
     const json_t *name = json_object_get(made, "cohort");
     struct store_cohort cohort = {.record = NULL};
@@ -173,7 +174,8 @@ static json_t *find_members(struct process_inputs *given, const json_t *made)
                     "which have none: make it of a cohort");
     } else if (group_find_cohort(given, name, &cohort)) {
         members = cohort_members(&cohort);
-        aligned = align(given, json_object_get(made, "surfaces"), members, json_string_value(name));
+        aligned =
+            align(given, json_object_get(made, "surfaces"), n, members, json_string_value(name));
     }
     json_decref(members);
     store_cohort_clear(&cohort);
@@ -281,7 +283,7 @@ static void describe(struct process_inputs *given, struct store_model *model,
         json_memory_fail();
     } else if (check_complete(given, model, record) &&
                check_covariates(given, formula, covariates)) {
-        members = find_members(given, made);
+        members = find_members(given, made, n);
     }
     if (members) {
         point = json_pack("[o]", json_deep_copy(covariates));
@@ -306,7 +308,7 @@ static void describe(struct process_inputs *given, struct store_model *model,
     srnf_free(subjects);
 }
 
-void score_describe(struct process_inputs *given)
+static void describe_expected(struct process_inputs *given)
 {
     const char *id = json_string_value(json_object_get(given->canonical, "model"));
     const char *text = json_string_value(json_object_get(given->canonical, "formula"));
@@ -327,4 +329,12 @@ void score_describe(struct process_inputs *given)
     }
     store_model_clear(&model);
     srnf_free(formula);
+}
+
+void score_describe(struct process_inputs *given)
+{
+    subject_check(given);
+    if (!given->list->errors) {
+        describe_expected(given);
+    }
 }

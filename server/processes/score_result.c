@@ -48,7 +48,8 @@ static struct store_maps maps_of(const struct compute_model *model, const struct
 {
     static const char *const names[] = {"deviation", "spread", "zScore", "significance"};
     const double *const values[] = {found->deviation, found->spread, found->z, found->significance};
-    struct store_maps maps = {.n_theta = model->stored.n_theta, .n_phi = model->stored.n_phi};
+    const int64_t rows = (int64_t)compute_joint_rows(&model->joint, &model->stored);
+    struct store_maps maps = {.n_theta = rows, .n_phi = model->stored.n_phi};
     size_t count = sizeof names / sizeof names[0], points = found->n_points;
 
     maps.values = malloc(count * points * sizeof(double));
@@ -65,15 +66,18 @@ static struct store_maps maps_of(const struct compute_model *model, const struct
     return maps;
 }
 
+/* The surface of a model of one structure, or of a part of one; its record, or NULL with the problem
+   set. mean: id of its mean surface. */
 static json_t *keep_surface(struct jobs_run *run, const struct compute_model *model,
-                            struct srnf_score *found, struct jobs_result *result)
+                            const char *mean, const char *part, struct srnf_score *found,
+                            struct jobs_result *result)
 {
     const double origin[3] = {0.0, 0.0, 0.0};
-    const char *mean = model->stored.mean;
     size_t degree = (size_t)model->stored.lmax;
     struct srnf_surface_measures measures;
+    char name[128];
     struct surface_description description = {
-        .name = "a surface beside the norm",
+        .name = name,
         .degree = degree,
         .coefficients = found->coefficients,
         .scale = process_scale(run, mean, 0.0),
@@ -84,6 +88,8 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_model *mo
     struct store_maps maps;
     json_t *surface = NULL;
 
+    (void)snprintf(name, sizeof name, "%s%.60s beside the norm", part ? "" : "a surface",
+                   part ? part : "");
     if (compute_measure(run, degree, 1, found->coefficients, &measures, result)) {
         return NULL;
     }
@@ -98,11 +104,40 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_model *mo
     return surface;
 }
 
+/* zMap, and of several structures that and largestZ of each part; false with the problem set. */
+static bool keep_maps(struct jobs_run *run, const struct compute_model *model,
+                      struct score_found *found, json_t *document, struct jobs_result *result)
+{
+    json_t *parts = json_object_get(document, "parts"), *part, *surface = json_null();
+    size_t p;
+
+    if (found->whole.n_points) {
+        surface = keep_surface(run, model, model->stored.mean, NULL, &found->whole, result);
+    }
+    (void)json_object_set_new(document, "zMap", surface ? surface : json_null());
+    json_array_foreach(parts, p, part)
+    {
+        struct srnf_score *map = &found->maps[p];
+
+        if (surface && map->n_points) {
+            surface = keep_surface(run, model, model->joint.means[p],
+                                   json_string_value(json_object_get(part, "name")), map, result);
+            (void)json_object_set_new(part, "zMap", surface ? surface : json_null());
+        } else {
+            (void)json_object_set_new(part, "zMap", json_null());
+        }
+        (void)json_object_set_new(part, "largestZ",
+                                  map->n_points ? rank_json(&map->largest) : json_null());
+    }
+    return surface != NULL;
+}
+
 /* ---- The document ---------------------------------------------------------------------------- */
 
 static void warn(const struct score *asked, const struct compute_projection *projection,
-                 json_t *sides, const struct srnf_score *found, json_t *document)
+                 json_t *sides, const struct score_found *all, json_t *document)
 {
+    const struct srnf_score *found = &all->whole;
     const json_t *beyond = json_array_get(json_object_get(asked->expected.told, "beyond"), 0);
 
     if (beyond) {
@@ -114,7 +149,7 @@ static void warn(const struct score *asked, const struct compute_projection *pro
                     json_number_value(json_object_get(beyond, "lowest")),
                     json_number_value(json_object_get(beyond, "highest")));
     }
-    if ((asked->map && found->n_points == 0)) {
+    if (asked->map && found->n_points == 0 && all->maps[0].n_points == 0) {
         warning_add(warnings_of(document), "components-missing",
                     json_pack("{s:I}", "members", (json_int_t)found->n),
                     "The model keeps a part of the components of its %zu members, so that their "
@@ -157,19 +192,17 @@ json_t *score_document(struct jobs_run *run, const struct score *asked,
                        const struct compute_model *model,
                        const struct compute_projection *projection,
                        const struct srnf_register_options *registration, json_t *sides,
-                       struct srnf_score *found, struct jobs_result *result)
+                       struct score_found *found, struct jobs_result *result)
 {
     json_t *at = json_array_get(json_object_get(asked->expected.told, "at"), 0);
-    json_t *document = json_object(), *own = figures(found), *surface = json_null();
+    json_t *document = json_object(), *own = figures(&found->whole);
 
-    if (found->n_points) {
-        surface = keep_surface(run, model, found, result);
-        if (!surface) {
-            json_decref(document);
-            json_decref(own);
-            json_decref(sides);
-            return NULL;
-        }
+    subject_set_parts(document, &asked->subject, model, projection);
+    if (!keep_maps(run, model, found, document, result)) {
+        json_decref(document);
+        json_decref(own);
+        json_decref(sides);
+        return NULL;
     }
     if (asked->expected.given) {
         (void)json_object_set_new(document, "typicality", json_null());
@@ -178,8 +211,7 @@ json_t *score_document(struct jobs_run *run, const struct score *asked,
     }
     (void)json_object_update(document, own); /* of a member, mahalanobis without it */
     json_decref(own);
-    (void)json_object_set_new(document, "zMap", surface);
-    (void)json_object_set_new(document, "calibration", check_json(&found->check));
+    (void)json_object_set_new(document, "calibration", check_json(&found->whole.check));
     (void)json_object_set_new(document, "trainingSubject",
                               json_boolean(projection->training_subject));
     (void)json_object_set_new(document, "at", at ? json_incref(at) : json_null());

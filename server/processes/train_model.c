@@ -67,7 +67,8 @@ static json_t *keep_mean(struct jobs_run *run, const struct train *train,
                    .subjects = (int64_t)answer->group.n,
                    .components = (int64_t)answer->trained.pca.components},
         .mean = {.degree = answer->group.degree, .coefficients = answer->trained.target},
-        .pca = answer->trained.pca};
+        .pca = answer->trained.pca,
+        .joint = {.n_parts = 1, .weights = {1.0}}};
     double *scores = srnf_alloc(view.pca.components, sizeof(double));
     struct compute_reconstruction points = {0};
     json_t *record = NULL;

@@ -270,20 +270,22 @@ json_t *handedness_of_new(struct jobs_run *run, const json_t *surfaces, const js
 json_t *handedness_of_projection(struct jobs_run *run, const char *surface, const json_t *made,
                                  const struct compute_mirror_trial *trial)
 {
+    bool several = surface[0] == '\0';
     json_t *surfaces = json_pack("[s]", surface);
-    json_t *warnings = handedness_of_new(run, surfaces, NULL, made);
+    json_t *warnings = several ? json_array() : handedness_of_new(run, surfaces, NULL, made);
 
     if (json_array_size(warnings) == 0 && compute_mirror_better(trial, false)) {
-        json_t *title = title_of(run, surfaces, NULL, 0);
+        json_t *title = several ? json_string("The subject") : title_of(run, surfaces, NULL, 0);
 
         warning_add(
             warnings, "mirror-images",
             json_pack("{s:o, s:o}", "distance", json_finite(trial->distance), "mirrored",
                       json_finite(trial->mirrored)),
             "%.80s: its mirror image would be %.3g from the nearest member of the model "
-            "instead of %.3g. If it is of the other side than the members, encode it with mirror = "
+            "instead of %.3g. If it is of the other side than the members, encode %s with mirror = "
             "true.",
-            json_string_value(title), trial->mirrored, trial->distance);
+            json_string_value(title), trial->mirrored, trial->distance,
+            several ? "all of its parts" : "it");
         json_decref(title);
     }
     json_decref(surfaces);

@@ -53,7 +53,8 @@ json_t *handedness_of_names(struct jobs_run *run, const json_t *surfaces, const 
 json_t *handedness_of_new(struct jobs_run *run, const json_t *surfaces, const json_t *cohort,
                           const json_t *made);
 /* The warnings of a new surface beside a model: by what it is called, or else by a trial with its
-   mirror image, to which a member of the model may be clearly nearer. New reference. */
+   mirror image, to which a member of the model may be clearly nearer. surface "": one of several
+   structures, of which the trial tells alone. New reference. */
 json_t *handedness_of_projection(struct jobs_run *run, const char *surface, const json_t *made,
                                  const struct compute_mirror_trial *trial);
 /* The warnings of new surfaces whose mirror images are nearer to a training member.

@@ -5,30 +5,43 @@
  */
 #include "toolkit/model.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "api/auth.h"
+#include "api/model_parts.h"
 #include "api/models.h"
 #include "api/surfaces.h"
 #include "store/model.h"
 #include "toolkit/group.h"
 #include "toolkit/routes.h"
 
+/* What a model of another kind is, and who takes it. */
+static const char *about(const char *own)
+{
+    return strcmp(own, "classifier") == 0 ? "is a classifier, made by train, which predict takes"
+           : strcmp(own, "parts") == 0
+               ? "is a model of several structures, made by pca-parts, which project, score, modes "
+                 "and sample take"
+               : "is a model of principal components, made by pca";
+}
+
 /* A model of another kind is a problem that says who takes it. */
 static bool check_kind(struct process_inputs *inputs, const char *kind,
                        const struct store_model *model)
 {
-    bool classifier = strcmp(model_kind(model), "classifier") == 0;
-    bool wanted = kind && strcmp(kind, "classifier") == 0;
+    const char *own = model_kind(model);
+    bool any = kind && strcmp(kind, MODEL_OF_ANY_PARTS) == 0;
+    bool wants_classifier = kind && strcmp(kind, "classifier") == 0;
 
-    if (classifier == wanted) {
+    if (any ? strcmp(own, "classifier") != 0
+            : strcmp(own, wants_classifier ? "classifier" : "components") == 0) {
         return true;
     }
-    problem_add(inputs->list, "/inputs/model",
-                classifier ? "is a classifier, made by train, which predict takes; here a model of "
-                             "principal components is needed, made by pca"
-                           : "is a model of principal components, made by pca; here a classifier "
-                             "is needed, made by train");
+    problem_add(inputs->list, "/inputs/model", "%s; here %s is needed", about(own),
+                wants_classifier ? "a classifier, made by train,"
+                : any            ? "a model of principal components, made by pca or pca-parts,"
+                                 : "a model of principal components, made by pca,");
     return false;
 }
 
@@ -66,6 +79,17 @@ bool inputs_model(struct process_inputs *inputs, const char *kind, struct store_
     return true;
 }
 
+int model_load(struct jobs_run *run, const char *id, struct compute_model *model,
+               struct jobs_result *result)
+{
+    int status = compute_model_load(run, id, model, result);
+
+    if (status == 0 && !model_joint(&model->stored, &model->joint)) {
+        status = compute_fail(result, SRNF_EINVAL, NULL, "reading the model");
+    }
+    return status;
+}
+
 long model_components(struct process_inputs *inputs)
 {
     const char *id = json_string_value(json_object_get(inputs->canonical, "model"));
@@ -80,19 +104,23 @@ long model_components(struct process_inputs *inputs)
     return components;
 }
 
-json_t *model_keep_surfaces(struct jobs_run *run, const char *process,
-                            const struct compute_model *model,
-                            const struct compute_reconstruction *points,
-                            const char (*names)[MODEL_NAME_MAX], struct jobs_result *result)
+/* ---- Surfaces -------------------------------------------------------------------------------- */
+
+/* Stores those of one part; false with the problem set. */
+static bool keep_surfaces(struct jobs_run *run, const char *process,
+                          const struct compute_model *model, const char *part,
+                          const struct compute_reconstruction *points,
+                          const char (*names)[MODEL_NAME_MAX], struct model_shapes *shapes,
+                          struct jobs_result *result)
 {
     size_t degree = (size_t)model->stored.lmax, count = 3 * srnf_coefficient_count(degree);
     double scale = process_scale(run, model->stored.mean, 0.0);
     const char *mean = model->stored.mean, *route = routes_common(run, 1, &mean, NULL);
-    json_t *records = json_array(), *record;
+    char name[2 * MODEL_NAME_MAX];
 
     for (size_t i = 0; i < points->n; i++) {
         struct surface_description description = {
-            .name = names[i],
+            .name = name,
             .degree = degree,
             .coefficients = points->coefficients + i * count,
             .scale = scale,
@@ -101,13 +129,54 @@ json_t *model_keep_surfaces(struct jobs_run *run, const char *process,
             .route = route,
             .source = process_source(run, process, NULL, model->stored.mean),
         };
+        json_t *record;
 
+        (void)snprintf(name, sizeof name, "%s%s%.60s", names[i], part ? ", " : "",
+                       part ? part : "");
         record = process_keep_surface(run, &description, "a surface of the model", result);
         if (!record) {
-            json_decref(records);
-            return NULL;
+            return false;
         }
-        (void)json_array_append_new(records, record);
+        (void)json_array_append_new(shapes->surfaces, record);
+        (void)json_array_append_new(shapes->energies, json_finite(points->relative_energy[i]));
+        if (part) {
+            (void)json_array_append_new(shapes->parts, json_string(part));
+        }
     }
-    return records;
+    return true;
+}
+
+bool model_shapes_make(struct jobs_run *run, const char *process, const struct compute_model *model,
+                       size_t n, const double *scores, const size_t *before,
+                       const char (*names)[MODEL_NAME_MAX], struct model_shapes *shapes,
+                       struct jobs_result *result)
+{
+    json_t *parts = model_part_names(&model->stored);
+    bool several = json_array_size(parts) > 0, good = true;
+
+    *shapes =
+        (struct model_shapes){json_array(), several ? json_array() : json_null(), json_array()};
+    for (size_t p = 0; p < model->joint.n_parts && good; p++) {
+        struct compute_reconstruction points = {0};
+        struct compute_model part = {.pca = {.n = 0}};
+
+        good = !several || compute_model_part(run, model, p, &part, result) == 0;
+        good = good && compute_reconstruct(run, several ? &part : model, n, scores, before, &points,
+                                           result) == 0;
+        good = good && keep_surfaces(run, process, several ? &part : model,
+                                     json_string_value(json_array_get(parts, p)), &points, names,
+                                     shapes, result);
+        compute_reconstruction_clear(&points);
+        compute_model_clear(&part);
+    }
+    json_decref(parts);
+    return good;
+}
+
+void model_shapes_clear(struct model_shapes *shapes)
+{
+    json_decref(shapes->surfaces);
+    json_decref(shapes->parts);
+    json_decref(shapes->energies);
+    *shapes = (struct model_shapes){.surfaces = NULL};
 }

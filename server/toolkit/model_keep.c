@@ -49,8 +49,8 @@ json_t *model_making(struct jobs_run *run, const char *process, const struct gro
                      group_labels(run, members->surfaces, subjects), "groups",
                      group_groups(members->cohort), "registration", registration_json(registration),
                      "contents", model_ids(parts->group->n, contents), "residuals",
-                     json_vector(parts->residuals, parts->group->n), "distances",
-                     json_vector(parts->distances, parts->group->n));
+                     json_vector(parts->residuals, parts->pca->n), "distances",
+                     json_vector(parts->distances, parts->pca->n));
 }
 
 static char *dump(const json_t *document)

@@ -13,8 +13,8 @@ struct model_parts {
     size_t n_theta, n_phi;             /* of the grid of fields */
     const struct srnf_pca *pca;
     const double *mean_q;                       /* [3][n_theta][n_phi] */
-    const double *residuals;                    /* [n] of members, beyond the components */
-    const double *distances;                    /* [n] of members, from the mean */
+    const double *residuals;                    /* [pca->n], beyond the components */
+    const double *distances;                    /* [pca->n], from the mean */
     const struct srnf_calibration *calibration; /* n 0: there is none */
 };
 

@@ -27,7 +27,7 @@ static int read_weights(const json_t *made, size_t n, struct model_members *memb
     return members->weights ? 0 : SRNF_ENOMEM;
 }
 
-int model_members_read(const json_t *made, size_t n, struct model_members *members)
+int model_members_read(const json_t *made, size_t n, size_t n_parts, struct model_members *members)
 {
     const json_t *shapes = json_object_get(made, "shapes"); /* older models have none */
     const json_t *contents = shapes ? shapes : json_object_get(made, "contents");
@@ -38,19 +38,21 @@ int model_members_read(const json_t *made, size_t n, struct model_members *membe
     if (read_weights(made, n, members)) {
         return SRNF_ENOMEM;
     }
-    if (json_array_size(contents) != n || json_array_size(residuals) != n ||
+    if (json_array_size(contents) != n * n_parts || json_array_size(residuals) != n ||
         json_array_size(distances) != n) {
         return 0;
     }
-    members->contents = srnf_alloc(n, sizeof *members->contents);
+    members->contents = srnf_alloc(n * n_parts, sizeof *members->contents);
     members->numbers = srnf_alloc(2 * n, sizeof(double));
     if (!members->contents || !members->numbers) {
         return SRNF_ENOMEM;
     }
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < n * n_parts; i++) {
         const char *content = json_string_value(json_array_get(contents, i));
 
         members->contents[i] = content ? content : "";
+    }
+    for (size_t i = 0; i < n; i++) {
         members->numbers[i] = json_number_value(json_array_get(residuals, i));
         members->numbers[n + i] = json_number_value(json_array_get(distances, i));
     }

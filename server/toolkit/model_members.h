@@ -18,7 +18,7 @@ struct model_members {
 
 /* made, the madeFrom of the model, is borrowed for as long as members is used. No contents where
    the record does not tell. 0 or SRNF_ENOMEM; model_members_clear in any case. */
-int model_members_read(const json_t *made, size_t n, struct model_members *members);
+int model_members_read(const json_t *made, size_t n, size_t n_parts, struct model_members *members);
 void model_members_clear(struct model_members *members);
 
 #endif

@@ -20,6 +20,8 @@ static const struct {
     {"regress", "{\"cohort\":\"patients\",\"formula\":\"shape ~ age\"}"},
     {"train", "{\"cohort\":\"trained\"}"},
     {"predict", "{\"model\":\"#\",\"surfaces\":[\"@\"]}"},
+    {"project", "{\"model\":\"%\",\"surface\":\"@\"}"},
+    {"score", "{\"model\":\"%\",\"surface\":\"@\"}"},
     {"change", "{\"cohort\":\"pairs\"}"},
     {"asymmetry", "{\"cohort\":\"pairs\"}"},
     {"pca-parts", "{\"cohort\":\"pairs\"}"},
