@@ -457,8 +457,12 @@ bool report_model(struct report_page *page, const json_t *record)
     const char *id = json_string_value(json_object_get(record, "id"));
     const char *kind = json_string_value(json_object_get(record, "kind"));
     struct compute_model model = {0};
-    bool good = report_surface(page, json_object_get(record, "mean"));
+    bool good;
 
+    if (kind && strcmp(kind, "parts") == 0) {
+        return true; /* the result has the mean of each part */
+    }
+    good = report_surface(page, json_object_get(record, "mean"));
     if (!good || (kind && strcmp(kind, "components") != 0)) {
         return good;
     }

@@ -13,12 +13,19 @@ from .records import Cohort, Mesh, Model, Surface, Volume
 
 Shape = Union[Surface, Mesh, str]
 Group = Union[Cohort, str, Sequence[Shape]]
+Subject = Union[Shape, Mapping[str, Shape]]
 
 
 def _group(group: Group) -> dict[str, Any]:
     if isinstance(group, (Cohort, str)):
         return {"cohort": group}
     return {"surfaces": list(group)}
+
+
+def _subject(subject: Subject) -> dict[str, Any]:
+    if isinstance(subject, (Surface, Mesh, str)):
+        return {"surface": subject}
+    return {"parts": dict(subject)}
 
 
 class Processes:
@@ -80,7 +87,7 @@ class Processes:
         return self.run("pca", **_group(group), **options)
 
     def pca_parts(self, cohort: Union[Cohort, str], **options: Any) -> Result:
-        """Joint components of several structures of each subject: ``scores``, ``shares``, ``parts``, ``modes``.
+        """Joint components of several structures of each subject: ``model``, ``scores``, ``shares``, ``parts``, ``modes``.
 
         Members have a subject, and the name of their part as covariate ``part`` (``by``).
         """
@@ -101,13 +108,19 @@ class Processes:
         """Random surfaces of the model: ``surfaces``, ``scores`` (count, components)."""
         return self.run("sample", model=model, count=count, **options)
 
-    def project(self, model: Union[Model, str], surface: Shape, **options: Any) -> Result:
-        """Scores of a surface in a model, and whether it belongs: ``scores``, ``residual``, ``typicality``."""
-        return self.run("project", model=model, surface=surface, **options)
+    def project(self, model: Union[Model, str], surface: Subject, **options: Any) -> Result:
+        """Scores of a surface in a model, and whether it belongs: ``scores``, ``residual``, ``typicality``.
 
-    def score(self, model: Union[Model, str], surface: Shape, **options: Any) -> Result:
-        """How odd a surface is beside a model's members: ``percentile``, ``pValue``, ``zMap`` (a surface with maps)."""
-        return self.run("score", model=model, surface=surface, **options)
+        A model of several structures takes a surface for each by its name, and has ``parts`` in the result.
+        """
+        return self.run("project", {"model": model, **_subject(surface)}, **options)
+
+    def score(self, model: Union[Model, str], surface: Subject, **options: Any) -> Result:
+        """How odd a surface is beside a model's members: ``percentile``, ``pValue``, ``zMap`` (a surface with maps).
+
+        A model of several structures takes a surface for each by its name, and each of ``parts`` has its ``zMap``.
+        """
+        return self.run("score", {"model": model, **_subject(surface)}, **options)
 
     def evaluate_model(self, model: Union[Model, str], **options: Any) -> Result:
         """``compactness``, ``generalisation`` and ``specificity`` over the number of components."""

@@ -187,7 +187,10 @@ def _listed(coefficients: Sequence[float]) -> str:
 
 
 class Model(Record):
-    """Principal components about a mean surface: ``mean``, ``eigenvalues``, ``explained``, ``cumulative``."""
+    """Principal components about a mean surface: ``mean``, ``eigenvalues``, ``explained``, ``cumulative``.
+
+    One of several structures (``kind`` is parts) has ``parts``, each with its ``name``, ``weight`` and ``mean``.
+    """
 
     folder = "models"
 
@@ -205,16 +208,20 @@ class Model(Record):
             table[f"component {k + 1}"] = list(values)
         return table
 
-    def modes(self) -> Floats:
-        """The components as fields on the grid, shape (components, n_theta, n_phi, 3), each of norm 1."""
-        return self._array(f"{self.path}/modes")
+    def modes(self, part: Optional[str] = None) -> Floats:
+        """The components as fields on the grid, shape (components, n_theta, n_phi, 3), each of norm 1.
 
-    def shape(self, coefficients: Sequence[float]) -> Shape:
+        Of a model of several structures what they have of ``part``: the weighted squares of all are 1 together.
+        """
+        return self._array(f"{self.path}/modes", part=part)
+
+    def shape(self, coefficients: Sequence[float], part: Optional[str] = None) -> Shape:
         """The surface at a point of the model: one number for each of the first components, in standard deviations.
 
-        Computed while the request waits, and not kept; ``client.modes`` makes surfaces that are.
+        Of a model of several structures that of ``part``. Computed while the request waits, and not kept;
+        ``client.modes`` makes surfaces that are.
         """
-        document = self.client.get(f"{self.path}/shape", coefficients=_listed(coefficients))
+        document = self.client.get(f"{self.path}/shape", coefficients=_listed(coefficients), part=part)
         surface = document["surface"]
         return Shape(
             np.array([surface[axis] for axis in "xyz"], dtype=np.float64),
@@ -229,11 +236,12 @@ class Model(Record):
         coefficients: Sequence[float],
         format: Optional[str] = None,
         resolution: Optional[int] = None,
+        part: Optional[str] = None,
     ) -> Path:
         """Writes the surface at a point of the model as a mesh; the format follows from the name, as for a surface."""
         kind = format or Path(to).suffix.lstrip(".").lower() or "ply"
-        numbers = _listed(coefficients)
-        return self._save(to, f"{self.path}/shape", coefficients=numbers, format=kind, resolution=resolution)
+        query = {"coefficients": _listed(coefficients), "format": kind, "resolution": resolution, "part": part}
+        return self._save(to, f"{self.path}/shape", **query)
 
     def export(self, to: PathLike) -> Path:
         """Writes the model and all that it stands on into one zip, which another server restores."""
