@@ -82,6 +82,21 @@ struct classify_choice classify_fold_choose(struct classify_fold *fold,
 
 /* ---- All folds ------------------------------------------------------------------------------- */
 
+static int fail_singular(const struct classify_fold *fold, size_t features, size_t i,
+                         struct srnf_error *error)
+{
+    if (fold->offset == 0) {
+        return srnf_fail(error, SRNF_ENUMERIC, (int64_t)i,
+                         "the covariance of %zu features is singular in the fold of subject %zu",
+                         features, i);
+    }
+    return srnf_fail(error, SRNF_ENUMERIC, (int64_t)i,
+                     "the covariance of %zu features, sizes and covariates (%zu) counted, is "
+                     "singular in the fold of subject %zu: without it one of these follows from "
+                     "the others",
+                     features, fold->offset, i);
+}
+
 /* Member m of the subject left out, from the table. */
 static int predict_one(struct classify_fold *fold, struct classify_choice choice, size_t m,
                        const struct outcome *outcome, struct srnf_error *error)
@@ -94,10 +109,7 @@ static int predict_one(struct classify_fold *fold, struct classify_choice choice
 
     for (size_t c = 0; c < fold->classes; c++) {
         if (!isfinite(likelihood[c])) {
-            return srnf_fail(
-                error, SRNF_ENUMERIC, (int64_t)i,
-                "the covariance of %zu features is singular in the fold of subject %zu",
-                choice.features, i);
+            return fail_singular(fold, choice.features, i, error);
         }
         best = likelihood[c] > likelihood[best] ? c : best;
     }

@@ -43,14 +43,6 @@ double stats_quadratic_form(const double e[6], const double b[3])
     return b[0] * b[0] / a + x1 * x1 / p + x2 * x2 / q;
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a;
-    double y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
 /* How many of the m sorted values are as large as the observed one. */
 static size_t count_as_large(size_t m, const double *sorted, double observed)
 {
@@ -116,7 +108,7 @@ int stats_map_conclude(const struct stats_map *map, size_t m, double *largest,
 {
     double all = 1.0 + (double)m;
 
-    qsort(largest + 1, m, sizeof(double), compare_doubles);
+    stats_sort(m, largest + 1);
     *max_p = (1.0 + (double)count_as_large(m, largest + 1, largest[0])) / all;
     for (size_t p = 0; p < map->points; p++) {
         size_t above = count_as_large(m, largest + 1, map->statistic[p]);

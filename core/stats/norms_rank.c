@@ -9,7 +9,6 @@
 #include "norms.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #define TIE 1e-12 /* relative: what counts as the same value */
 
@@ -111,14 +110,6 @@ int srnf_norm_rank_together(size_t n, size_t traits, const double *values, const
     return status;
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a;
-    double y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
 /* The chance of a distance beyond x / sqrt(n): 2 sum of (-1)^(k-1) exp(-2 k^2 x^2). */
 static double kolmogorov(double x)
 {
@@ -145,7 +136,7 @@ int srnf_norm_uniform(size_t n, const double *percentiles, double *distance, dou
     for (size_t i = 0; i < n; i++) {
         sorted[i] = percentiles[i] / 100.0;
     }
-    qsort(sorted, n, sizeof *sorted, compare_doubles);
+    stats_sort(n, sorted);
     for (size_t i = 0; i < n; i++) {
         *distance = fmax(*distance, fabs((double)(i + 1) / (double)n - sorted[i]));
         *distance = fmax(*distance, fabs(sorted[i] - (double)i / (double)n));

@@ -45,6 +45,5 @@ SRNF_CHECKED int paired_bootstrap(struct paired_run *run, struct srnf_error *err
    value and drawn are squares where `root`, of which the roots are told. */
 void paired_estimate(struct srnf_estimate *to, double value, bool basic, bool root, size_t n,
                      double *drawn);
-int paired_compare_doubles(const void *a, const void *b); /* for qsort */
 
 #endif

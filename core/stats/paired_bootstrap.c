@@ -14,7 +14,6 @@
 
 #include <cblas.h>
 #include <math.h>
-#include <stdlib.h>
 
 #define LEVEL 0.95
 #define NUMBER (UINT64_C(1) << 41) /* of the first drawing: beyond those of other draws */
@@ -59,14 +58,6 @@ static double weight_of(const struct paired_run *run, size_t i)
     return run->weights ? run->weights[i] : 1.0;
 }
 
-int paired_compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a;
-    double y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
 static double quantile(size_t n, const double *sorted, double part)
 {
     double at = part * (double)(n - 1);
@@ -82,7 +73,7 @@ void paired_estimate(struct srnf_estimate *to, double value, bool basic, bool ro
     double ends[2];
     double half = 0.5 * (1.0 - LEVEL);
 
-    qsort(drawn, n, sizeof(double), paired_compare_doubles);
+    stats_sort(n, drawn);
     for (size_t k = 0; k < 2; k++) {
         double q = quantile(n, drawn, k ? half : 1.0 - half);
 

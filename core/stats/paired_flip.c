@@ -9,7 +9,6 @@
 
 #include <cblas.h>
 #include <math.h>
-#include <stdlib.h>
 
 #define BLOCK ((size_t)32)
 #define EXACT_SUBJECTS 30
@@ -210,14 +209,6 @@ static void observe(struct flips *f, double *sum)
     }
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a;
-    double y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
 static int conclude(struct flips *f)
 {
     struct paired_run *run = f->run;
@@ -228,7 +219,7 @@ static int conclude(struct flips *f)
     size_t place = (size_t)ceil(LEVEL * (double)(m + 1)); /* of the m + 1, the observed is 0 */
     double reach;
 
-    qsort(f->farthest, m, sizeof(double), compare_doubles);
+    stats_sort(m, f->farthest);
     reach = f->farthest[place >= 1 && place <= m ? place - 1 : m - 1];
     for (size_t p = 0; p < run->points; p++) {
         out->confidence[p] = reach * out->standard_error[p];

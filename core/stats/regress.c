@@ -274,10 +274,9 @@ int regress_compute(struct regress_run *run, const double *mean, const struct sr
     return status ? status : fit_all(run, mean, error);
 }
 
-/* The nested models, of subjects: their columns averaged as those of the design. memory: [tests],
-   to be freed, also on failure. */
-static int average_nested(const struct srnf_regress_design *design, const struct subjects *subjects,
-                          struct srnf_nested *nested, double **memory)
+int regress_average_nested(const struct srnf_regress_design *design,
+                           const struct subjects *subjects, struct srnf_nested *nested,
+                           double **memory)
 {
     for (size_t t = 0; t < design->tests; t++) {
         const struct srnf_nested *given = &design->nested[t];
@@ -355,7 +354,8 @@ int srnf_regress(const struct srnf_sht *sht, size_t n, const double *mean,
     status = status ? status : average(&run, &subjects, &given, &first);
     found.subjects = subjects.count;
     if (status == SRNF_OK) {
-        status = nested && memory ? average_nested(design, &subjects, nested, memory) : SRNF_ENOMEM;
+        status = nested && memory ? regress_average_nested(design, &subjects, nested, memory)
+                                  : SRNF_ENOMEM;
     }
     status = status ? status : regress_compute(&run, mean, nested, &first);
     regress_close(&run);

@@ -80,6 +80,12 @@ SRNF_CHECKED int regress_compute(struct regress_run *run, const double *mean,
                                  const struct srnf_nested *nested, struct srnf_error *error);
 void regress_close(struct regress_run *run);
 
+/* The nested models, of subjects: their columns averaged over members. nested, memory: [tests];
+   memory to be freed, also on failure. */
+SRNF_CHECKED int regress_average_nested(const struct srnf_regress_design *design,
+                                        const struct subjects *subjects, struct srnf_nested *nested,
+                                        double **memory);
+
 /* regress_permute.c: the permutations of one test. */
 SRNF_CHECKED int regress_permute(struct regress_run *run, size_t test,
                                  struct stats_progress progress, struct srnf_error *error);

@@ -22,7 +22,6 @@
 
 #include <cblas.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define BLOCK ((size_t)16)
@@ -302,14 +301,6 @@ static int draw_block(void *argument, size_t index, const struct srnf_context *c
 
 /* ---- From samples to intervals --------------------------------------------------------------- */
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a;
-    double y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
 /* Of sorted values, between neighbours. */
 static double quantile(size_t n, const double *sorted, double part)
 {
@@ -324,7 +315,7 @@ static void set_interval(struct srnf_share *share, size_t n, double *drawn)
 {
     double half = 0.5 * (1.0 - LEVEL);
 
-    qsort(drawn, n, sizeof(double), compare_doubles);
+    stats_sort(n, drawn);
     share->interval[0] = fmax(2.0 * share->value - quantile(n, drawn, 1.0 - half), 0.0);
     share->interval[1] = fmin(2.0 * share->value - quantile(n, drawn, half), 1.0);
     share->interval[0] = fmin(share->interval[0], share->value);
@@ -346,7 +337,7 @@ static void conclude(struct drawing *d)
         double *farthest = d->farthest + k * n;
         double reach;
 
-        qsort(farthest, n, sizeof(double), compare_doubles);
+        stats_sort(n, farthest);
         reach = quantile(n, farthest, LEVEL);
         to->leverage = norm * norm;
         for (size_t p = 0; p < run->points; p++) {

@@ -68,6 +68,8 @@ SRNF_CHECKED int stats_represent(const struct srnf_sht *sht,
                                  enum srnf_representation representation, size_t n,
                                  const double *const *surfaces, const struct srnf_context *context,
                                  double *q, struct srnf_error *error);
+/* Increasing; none may be NaN. sort.c */
+void stats_sort(size_t n, double *values);
 /* ||a - b||^2 */
 double stats_distance2(const struct srnf_grid *grid, const double *a, const double *b);
 /* mean = sum of q_i / n, in the order of i. */

@@ -137,7 +137,7 @@ static void fill_squares(struct scatter *c)
             sorted[count++] = c->square[k];
         }
     }
-    qsort(sorted, count, sizeof(double), paired_compare_doubles);
+    stats_sort(count, sorted);
     c->median = count >= SRNF_PAIRS_MIN ? 0.5 * (sorted[(count - 1) / 2] + sorted[count / 2]) : 0.0;
 }
 

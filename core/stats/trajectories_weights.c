@@ -31,31 +31,7 @@ static int average_design(struct trajectory_run *run)
                 design->values[i * design->columns + c] / (double)s->size[of];
         }
     }
-    for (size_t t = 0; t < design->tests; t++) {
-        const struct srnf_nested *given = &design->nested[t];
-        size_t all = given->reduced + given->tested;
-        double *values = srnf_alloc(all + 1, run->n * sizeof(double));
-        double *tested = values ? values + given->reduced * run->n : NULL;
-
-        if (!values) {
-            return SRNF_ENOMEM;
-        }
-        run->nested_values[t] = values;
-        run->nested[t] = (struct srnf_nested){given->reduced, given->tested, values, tested};
-        for (size_t i = 0; i < s->n; i++) {
-            size_t of = s->of[i];
-            double members = (double)s->size[of];
-
-            for (size_t j = 0; j < given->reduced; j++) {
-                values[of * given->reduced + j] +=
-                    given->nuisance[i * given->reduced + j] / members;
-            }
-            for (size_t j = 0; j < given->tested; j++) {
-                tested[of * given->tested + j] += given->columns[i * given->tested + j] / members;
-            }
-        }
-    }
-    return SRNF_OK;
+    return regress_average_nested(design, s, run->nested, run->nested_values);
 }
 
 /* T, from the residuals of slopes that weigh the same. */

@@ -26,7 +26,6 @@
 
 #include <cblas.h>
 #include <math.h>
-#include <stdlib.h>
 
 #define CHANCE 0.02           /* pairs by chance for each that is taken for one of twins */
 #define N_MAX ((size_t)30000) /* members: n^2 is an int for BLAS */
@@ -64,14 +63,6 @@ int srnf_twins_distances(const struct srnf_grid *grid, size_t n, const double *r
     }
     srnf_free(weighted);
     return SRNF_OK;
-}
-
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a;
-    const double y = *(const double *)b;
-
-    return (x > y) - (x < y);
 }
 
 static double median_of(const double *sorted, size_t count)
@@ -143,10 +134,10 @@ int srnf_twins_find(size_t n, const double *distances, const size_t *subjects,
         }
     }
     if (alike >= SRNF_TWINS_PAIRS) {
-        qsort(others, alike, sizeof *others, compare_doubles);
+        stats_sort(alike, others);
         twins->median = median_of(others, alike);
         twins->quartile = others[alike / 4];
-        qsort(all, count, sizeof *all, compare_doubles);
+        stats_sort(count, all);
         twins->count =
             count_twins(count, all, twins->quartile, dimension_of(alike, others, twins->quartile));
     }

@@ -4,12 +4,15 @@
  */
 #include "processes/classify_parts.h"
 
+#include <stdio.h>
 #include <string.h>
 
+#include "api/cohorts.h"
 #include "toolkit/covariates.h"
 
 #define COPIES 12 /* fields that are held for each surface */
 #define SUBJECTS_MIN 3
+#define NAMES_SHOWN 240
 
 /* Labels of the subjects, which all their members share; false with a problem noted. */
 static bool set_labels(struct process_inputs *given, size_t n)
@@ -117,13 +120,64 @@ static json_t *gather(struct process_inputs *given, size_t n)
     return list;
 }
 
+/* The names of what any subject has, for a sentence. */
+static void list_names(const json_t *subjects, char text[NAMES_SHOWN])
+{
+    json_t *seen = json_object(), *subject;
+    size_t i;
+
+    json_array_foreach(subjects, i, subject)
+    {
+        (void)json_object_update_missing(seen, json_object_get(subject, "covariates"));
+    }
+    cohort_list_names(seen, text, NAMES_SHOWN);
+    json_decref(seen);
+}
+
+/* Whether each subject has a number of that name; otherwise a problem that names one. */
+static bool check_value(struct process_inputs *given, const json_t *subjects, const char *name,
+                        size_t k)
+{
+    char pointer[64], there[NAMES_SHOWN];
+    json_t *subject;
+    size_t i;
+
+    (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", k);
+    json_array_foreach(subjects, i, subject)
+    {
+        const char *id = json_string_value(json_object_get(subject, "id"));
+        const json_t *value = json_object_get(json_object_get(subject, "covariates"), name);
+
+        if (says_nothing(value)) {
+            list_names(subjects, there);
+            problem_add(given->list, pointer, "subject \"%.60s\" has no covariate \"%.60s\"; %s%s",
+                        id, name, there[0] ? "the cohort has " : "the cohort has none", there);
+            return false;
+        }
+        if (json_is_string(value)) {
+            problem_add(
+                given->list, pointer,
+                "\"%.60s\" of subject \"%.60s\" is the text \"%.60s\", not a number, true or "
+                "false",
+                name, id, json_string_value(value));
+            return false;
+        }
+    }
+    return true;
+}
+
 /* The values of the covariates of the subjects; false with a problem noted. */
 static bool set_values(struct process_inputs *given, size_t n)
 {
     const json_t *names = json_object_get(given->canonical, "covariates");
     json_t *subjects = gather(given, n), *values;
+    bool good = subjects != NULL;
 
-    if (!subjects) {
+    for (size_t k = 0; good && k < json_array_size(names); k++) {
+        good = check_value(given, subjects, json_string_value(json_array_get(names, k)), k);
+    }
+    if (!good) {
+        json_decref(subjects);
         return false;
     }
     values = covariate_values(given, subjects, names);

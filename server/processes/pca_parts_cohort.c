@@ -8,6 +8,7 @@
  */
 #include "processes/pca_parts.h"
 
+#include "api/model_parts.h"
 #include "toolkit/routes.h"
 
 #include <stdio.h>
@@ -256,17 +257,24 @@ static void set_weights(const struct sorting *s)
     json_t *cohort = json_object_get(s->given->canonical, "cohort");
     json_t *weights = json_object_get(s->given->canonical, "weights");
     json_t *names = json_array(), *list = json_array();
-    size_t known = 0;
+    const char *name;
+    json_t *unknown;
 
     for (size_t p = 0; p < s->n_parts; p++) {
         const json_t *weight = json_object_get(weights, s->parts[p]);
 
-        known += weight != NULL;
         (void)json_array_append_new(names, json_string(s->parts[p]));
         (void)json_array_append_new(list, json_real(weight ? json_number_value(weight) : 1.0));
     }
-    if (known != json_object_size(weights)) {
-        problem_add(s->given->list, "/inputs/weights", "names a part that no member is");
+    json_object_foreach(weights, name, unknown)
+    {
+        char text[MODEL_NAMES_MAX];
+
+        if (model_name_find(names, name) == s->n_parts) {
+            problem_add(s->given->list, "/inputs/weights",
+                        "names \"%.60s\", a part that no member is; the parts are %s", name,
+                        model_names_text(names, text));
+        }
     }
     (void)json_object_set_new(cohort, "parts", names);
     (void)json_object_set_new(cohort, "weights", list);

@@ -45,7 +45,7 @@ for s in range(int(sys.argv[2])):
     for part in (0, 1):
         members.append({'id': surface(together + (apart if part else -apart), part, 1 + 0.3 * label * part),
                         'subject': f's{s}', 'label': ('low', 'high')[label],
-                        'covariates': {'part': ('first', 'second')[part], 'age': 40 + 20 * label + s % 5, 'one': 1}})
+                        'covariates': {'part': ('first', 'second')[part], 'age': 40 + 20 * label + s % 5, 'one': 1, 'kind': label}})
 print(json.dumps(members))
 PYTHON
 cohort() { # NAME FILTER
@@ -139,7 +139,8 @@ refused . '/inputs/covariates/0 .*no covariate "weight"' ',"covariates":["weight
 refused . '/inputs/covariates/0 .*same' ',"covariates":["one"]'
 refused '.[3].covariates.age = 7' '/inputs/covariates "age" differs between the members of subject "s1"' ',"covariates":["age"]'
 refused '.[].covariates.age = true | .[3].covariates.age = false' '/inputs/covariates "age" differs between the members of subject "s1"' ',"covariates":["age"]'
-refused '.[6].covariates.age = null | .[7].covariates.age = null' '/inputs/covariates/0 member 3 .*no covariate "age"' ',"covariates":["age"]'
+refused '.[6].covariates.age = "old" | .[7].covariates.age = "old"' '/inputs/covariates/0 "age" of subject "s3" is the text "old"' ',"covariates":["age"]'
+refused '.[6].covariates.age = null | .[7].covariates.age = null' '/inputs/covariates/0 subject "s3" has no covariate "age"; the cohort has .*one' ',"covariates":["age"]'
 PROCESS=classify
 refused '.[6].covariates.age = null' '/inputs/covariates/0 member 6 .surf-[0-9a-f]*, of subject "s3". of the cohort has no covariate "age"' \
     ',"covariates":["age"]'
@@ -149,6 +150,10 @@ PROCESS=classify-parts
 refused . '/inputs/method icp-nn has no joint comparison' ',"method":"icp-nn"'
 refused . '/inputs/components asks for a covariance of 13 features' ',"components":12,"covariates":["age"]'
 refused . '/inputs/weights' ',"weights":{"third":1}'
+
+classify both ',"covariates":["kind"],"covariance":"pooled","components":1'
+isnt "$STATUS" 200 'a covariate that is the label has no variance within classes'
+like "$(json .detail)" 'covariance of 2 features, sizes and covariates .1. counted, is singular in the fold' 'and is told as one'
 
 stop_server || not_ok 'the server ends well'
 done_testing

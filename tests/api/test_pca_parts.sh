@@ -209,7 +209,7 @@ cohort single "${PAIRS[0]}" "${PAIRS[1]}"
 refused '{"cohort":"single"}' 'has 1 subject; 2 are needed' 'one subject'
 refused '{"cohort":"both","by":"structure"}' 'no covariate "structure"' 'a covariate that there is not'
 refused '{"cohort":"both","by":7}' 'name of a covariate' 'no name'
-refused '{"cohort":"both","weights":{"pallidum":2}}' 'a part that no member is' 'a weight of no part'
+refused '{"cohort":"both","weights":{"pallidum":2}}' 'names "pallidum", a part that no member is; the parts are "putamen", "thalamus"' 'a weight of no part'
 refused '{"cohort":"both","weights":{"putamen":0}}' 'above 0' 'no weight'
 refused '{"cohort":"both","weights":[1,1]}' 'object' 'weights without names'
 refused '{"cohort":"both","relativePose":true}' 'commonPose' 'relative pose of parts that are turned'
