@@ -39,8 +39,8 @@ void compute_model_clear(struct compute_model *model);
 /* One part of it, as a model of one structure. out is cleared with compute_model_clear. */
 int compute_model_part(struct jobs_run *run, const struct compute_model *model, size_t part,
                        struct compute_model *out, struct jobs_result *result);
-/* The transform of the degree and grid of the model's parts. Returns 0, or a negative status with the problem in
-   result. */
+/* The transform of the degree and grid of the model's parts. Returns 0, or a negative status with
+   the problem in result. */
 int compute_model_transform(struct jobs_run *run, const struct compute_model *model,
                             const struct srnf_sht **sht, struct jobs_result *result);
 

@@ -66,8 +66,8 @@ static struct store_maps maps_of(const struct compute_model *model, const struct
     return maps;
 }
 
-/* The surface of a model of one structure, or of a part of one; its record, or NULL with the problem
-   set. mean: id of its mean surface. */
+/* The surface of a model of one structure, or of a part of one; its record, or NULL with the
+   problem set. mean: id of its mean surface. */
 static json_t *keep_surface(struct jobs_run *run, const struct compute_model *model,
                             const char *mean, const char *part, struct srnf_score *found,
                             struct jobs_result *result)

@@ -267,6 +267,18 @@ static int run_score(void)
     return status;
 }
 
+static int run_map(void)
+{
+    const struct srnf_norm_model norm = {
+        .pca = &repeated_model, .mean = g.f[0], .mean_q = fields, .complete = true};
+    struct srnf_score score = {0};
+    int status = srnf_norm_map(g.sht, &norm, compared, NULL, NULL, &score, NULL);
+
+    assert_true((status < 0) == (score.z == NULL));
+    srnf_score_clear(&score);
+    return status;
+}
+
 static int run_pairs(void)
 {
     static const double sizes[5] = {1.0, 1.0, 1.0, 1.0, 1.0};
@@ -498,6 +510,7 @@ static void typicality_survives(void **state)
     assert_int_equal(srnf_pca_fit(g.grid, COMPARED, fields, compared, 0, &repeated_model), SRNF_OK);
     refusing_sweep("leave-one-out values of repeated subjects", run_repeated_calibration, EACH, 1);
     refusing_sweep("a surface beside the norm", run_score, EACH, 3);
+    refusing_sweep("the map of a part", run_map, EACH, 3);
     refusing_sweep("ranks and their uniformity", run_ranks, 2, 1);
     srnf_pca_clear(&repeated_model);
     refusing_sweep("distances of registered members", run_twins_distances, EACH, 1);
