@@ -72,7 +72,7 @@ export function Findings({ result }: { result: any }) {
     });
     return (
         <>
-            {model?.eigenvalues?.length > 0 && model.scores?.length > 0 && model.kind !== 'classifier' && (
+            {model?.eigenvalues?.length > 0 && model.scores?.length > 0 && !['classifier', 'parts'].includes(model.kind) && (
                 <div class="split"><Scores model={model} /><Variance explained={model.explained} cumulative={model.cumulative} /></div>
             )}
             {result.methods && (

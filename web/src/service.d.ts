@@ -1348,7 +1348,7 @@ export interface components {
         ModelSummary: {
             id: string;
             /** @enum {string} */
-            kind: "components" | "classifier";
+            kind: "components" | "parts" | "classifier";
             name?: string;
             tags?: string[];
             lmax: number;
@@ -1371,10 +1371,23 @@ export interface components {
         Model: {
             id: string;
             /** @enum {string} */
-            kind: "components" | "classifier";
+            kind: "components" | "parts" | "classifier";
             classifier?: components["schemas"]["Classifier"];
             name?: string;
             tags?: string[];
+            parts?: {
+                name: string;
+                weight: number;
+                mean: string;
+                size?: number | null;
+                relativeEnergy?: number | null;
+                variance?: number | null;
+                share?: number | null;
+            }[];
+            positions?: {
+                weight?: number;
+                mean?: number[][];
+            } | null;
             mean: components["schemas"]["Surface"];
             eigenvalues: number[];
             explained: (number | null)[];
@@ -1444,6 +1457,7 @@ export interface components {
         };
         ModelShape: {
             model: string;
+            part: string | null;
             coefficients: number[];
             relativeEnergy: number;
             offset: number;
@@ -1863,6 +1877,7 @@ export interface components {
         };
         modesOutputs: {
             surfaces?: Record<string, unknown>[];
+            parts?: string[] | null;
             coefficients?: number[];
             standardDeviation?: number;
             relativeEnergy?: (number | null)[];
@@ -1882,6 +1897,7 @@ export interface components {
         };
         sampleOutputs: {
             surfaces?: Record<string, unknown>[];
+            parts?: string[] | null;
             scores?: (number | null)[][];
             relativeEnergy?: (number | null)[];
             inputs?: Record<string, unknown>;
@@ -1894,7 +1910,10 @@ export interface components {
         };
         projectInputs: {
             model: string;
-            surface: string;
+            surface?: string | null;
+            parts?: {
+                [key: string]: string;
+            } | null;
             /** @enum {unknown} */
             handedness?: "check" | "ignore";
         };
@@ -1906,6 +1925,8 @@ export interface components {
             distanceBefore?: number | null;
             mahalanobis?: number | null;
             typicality?: Record<string, unknown> | null;
+            parts?: Record<string, unknown>[] | null;
+            position?: Record<string, unknown> | null;
             registration?: Record<string, unknown> | null;
             inputs?: Record<string, unknown>;
             warnings?: {
@@ -2296,7 +2317,10 @@ export interface components {
         };
         scoreInputs: {
             model: string;
-            surface: string;
+            surface?: string | null;
+            parts?: {
+                [key: string]: string;
+            } | null;
             formula?: string | null;
             /** @default {} */
             covariates: Record<string, unknown>;
@@ -2317,6 +2341,8 @@ export interface components {
             components?: number;
             ranks?: Record<string, unknown>;
             zMap?: Record<string, unknown> | null;
+            parts?: Record<string, unknown>[] | null;
+            position?: Record<string, unknown> | null;
             calibration?: Record<string, unknown> | null;
             typicality?: Record<string, unknown> | null;
             trainingSubject?: boolean;
@@ -2520,6 +2546,7 @@ export interface components {
             poseWeight?: number;
         };
         "pca-partsOutputs": {
+            model?: Record<string, unknown>;
             parts?: Record<string, unknown>[];
             subjects?: string[];
             groups?: (string | null)[];
@@ -2788,6 +2815,7 @@ export interface components {
         GridPhi: number;
         After: string;
         Coefficients: string;
+        ModelPart: string;
         ShapeFormat: "json" | "ply" | "obj" | "stl" | "vtk" | "vtp" | "gii" | "glb" | "positions";
         ViewFormat: "ply" | "obj" | "stl" | "vtk" | "vtp" | "gii" | "glb" | "positions";
         ExportFormat: "ply" | "obj" | "stl" | "vtk" | "vtp" | "gii" | "glb" | "positions";
@@ -4435,6 +4463,7 @@ export interface operations {
     getModes: {
         parameters: {
             query?: {
+                part?: components["parameters"]["ModelPart"];
                 format?: components["parameters"]["TableFormat"];
             };
             header?: never;
@@ -4500,6 +4529,7 @@ export interface operations {
         parameters: {
             query: {
                 coefficients: components["parameters"]["Coefficients"];
+                part?: components["parameters"]["ModelPart"];
                 format?: components["parameters"]["ShapeFormat"];
                 resolution?: components["parameters"]["Resolution"];
             };
