@@ -9,7 +9,7 @@
 
 #define PCA_PARTS_MAX 32 /* SRNF_PARTS_MAX */
 #define PCA_PARTS_WEIGHT_MAX 1000000
-#define PCA_PARTS_COPIES 7 /* fields of each surface: registered, stacked, weighted, modes */
+#define PCA_PARTS_COPIES 9 /* fields of each surface: registered, stacked, weighted, modes, kept */
 #define PCA_PARTS_MODES_MAX 20
 
 struct pca_parts {
