@@ -16,6 +16,7 @@
  * and where no other exchange would bring either of them nearer. Subjects who differ no more than
  * their visits do are not told apart in this way: none of them stands out.
  */
+#include "stats.h"
 #include "trajectories.h"
 
 #include <math.h>
