@@ -17,6 +17,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "toolkit/group.h"
 #include "toolkit/landmarks.h"
 #include "toolkit/pair.h"
 #include "toolkit/registration_options.h"
@@ -300,9 +301,11 @@ static json_t *keep_surface(struct jobs_run *run, const struct pair *pair,
     const char *mesh = compute_is_mesh(moving->id) ? moving->id : NULL;
     const char *ids[2] = {fixed->id, moving->id};
     const struct surface_place place = process_place(run, moving);
+    json_t *own = group_name_of(run, moving->id), *kept;
+    bool named = strcmp(json_string_value(own), moving->id) != 0;
     double rotation[9];
     struct surface_description description = {
-        .name = "registered",
+        .name = named ? json_string_value(own) : "registered",
         .degree = pair->degree,
         .coefficients = pair->registration.coefficients,
         .scale = process_scale(run, moving->id, moving->scale),
@@ -327,7 +330,9 @@ static json_t *keep_surface(struct jobs_run *run, const struct pair *pair,
         rotation[i] = row[0] * place.rotation[i % 3] + row[1] * place.rotation[3 + i % 3] +
                       row[2] * place.rotation[6 + i % 3];
     }
-    return process_keep_surface(run, &description, "the surface", result);
+    kept = process_keep_surface(run, &description, "the surface", result);
+    json_decref(own);
+    return kept;
 }
 
 /* ---- Running --------------------------------------------------------------------------------- */

@@ -35,8 +35,7 @@ int group_load(struct jobs_run *run, const struct group_input *members, bool reg
     return status;
 }
 
-/* The name that a mesh or surface has, or its id. */
-static json_t *name_of(struct jobs_run *run, const char *id)
+json_t *group_name_of(struct jobs_run *run, const char *id)
 {
     struct store *store = jobs_run_store(run);
     const char *owner = jobs_run_owner(run);
@@ -89,7 +88,7 @@ static json_t *part_names(struct jobs_run *run, const json_t *surfaces, const js
         const char *id = json_string_value(json_array_get(surfaces, i));
 
         if (is_shared(counts, name)) {
-            json_t *own = name_of(run, id);
+            json_t *own = group_name_of(run, id);
 
             (void)json_array_append_new(
                 parted, json_sprintf("%s (%s)", json_string_value(name),
@@ -127,7 +126,7 @@ json_t *group_subjects(struct jobs_run *run, const json_t *surfaces, const json_
             (void)json_array_append(names, subject);
         } else {
             (void)json_array_append_new(
-                names, name_of(run, json_string_value(json_array_get(surfaces, i))));
+                names, group_name_of(run, json_string_value(json_array_get(surfaces, i))));
         }
     }
     return names;

@@ -88,6 +88,7 @@ execute encode "{\"mesh\":\"$MESH\",\"lmax\":7}"
 SURFACE=$(json .surface.id)
 execute register "{\"template\":\"$KEPT\",\"moving\":\"$MESH\",\"degree\":2}" --header 'Idempotency-Key: of a patient'
 REGISTERED=$(json .surface.id)
+is "$(json .surface.name)" "$NAME" 'a registered surface has the name of the one that was moved'
 post_json /v1/cohorts "{\"name\":\"study\",\"members\":[{\"id\":\"$MESH\",\"subject\":\"$NAME\"},{\"id\":\"$KEPT\"}]}"
 execute pca "{\"surfaces\":[\"$SURFACE\",\"$KEPT\",\"$REGISTERED\"],\"register\":false,\"components\":1}"
 MODEL=$(json .model.id)
