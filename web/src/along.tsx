@@ -45,7 +45,7 @@ function Moving({ line, shapes, at, axis, map, all, energies }: {
             {shown && <ColourBar map={shown} />}
             <figcaption class="row">
                 <span>{said} <span class="quiet">{at < line.places[0] || at > line.places.at(-1)! ? 'beyond what was predicted' : exact < 0 ? 'between predicted shapes' : `predicted${typeof energy === 'number' ? `, relative energy ${figure(energy, 2)}` : ''}`}</span></span>
-                <span class="no-report"><PictureButtons parts={parts} camera={linked} look={look} name="predicted" /></span>
+                <span class="no-report"><PictureButtons parts={parts} camera={linked} look={look} name="predicted" map={shown} /></span>
             </figcaption>
         </figure>
     );

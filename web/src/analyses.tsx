@@ -12,7 +12,7 @@ const LandmarkField = later<any>(() => import('./landmark_field').then((m) => m.
 /** Processes by what they are asked about, those of cohorts first; what is not named here stands last. */
 const KINDS: [string, string[]][] = [
     ['Of a cohort', ['pca', 'mean', 'compare-groups', 'classify', 'regress', 'distances', 'neighbours', 'evaluate-model', 'report']],
-    ['Of subjects with several visits, sides or structures', ['change', 'trajectories', 'asymmetry', 'pca-parts']],
+    ['Of subjects with several visits, sides or structures', ['change', 'trajectories', 'asymmetry', 'pca-parts', 'classify-parts']],
     ['Of a new shape, by what is known', ['score', 'project', 'train', 'predict', 'modes', 'sample']],
     ['Of two shapes or three', ['geodesic', 'register', 'shoot', 'transport', 'transfer']],
     ['Of a mesh or a segmentation', ['extract', 'repair', 'mirror', 'encode', 'invert']],
@@ -153,6 +153,8 @@ function Field({ input, kind, text, set, choices, hint, around }: {
     const select = (list: [string, string][], none: string) => (
         <select {...shared} value={text} onChange={(e) => set(e.currentTarget.value)}>
             {(!input.required || !text) && <option value="">{none}</option>}
+            {/* What a link brings may be older than the lists. */}
+            {text && !list.some(([value]) => value === text) && <option value={text}>{text}</option>}
             {list.map(([value, shown]) => <option value={value}>{shown}</option>)}
         </select>
     );

@@ -2,7 +2,7 @@
 import { render } from 'preact';
 import { useEffect, useRef } from 'preact/hooks';
 import { Home } from './home';
-import { link, useRoute } from './router';
+import { begin, link, useRoute } from './router';
 import type { Route } from './router';
 import { Settings } from './settings';
 import { connection, jobs, isActive, notice, refreshJobs, useValue, whoCalls } from './state';
@@ -110,7 +110,8 @@ function App() {
     useKeys(help);
     const address = route.path.join('/');
     useEffect(() => {
-        if (!first.current) document.querySelector<HTMLElement>('main h1')?.focus();
+        if (!first.current) document.querySelector<HTMLElement>('main h1')?.focus({ preventScroll: true });
+        begin();
         first.current = false;
     }, [address]);
     const here = { volumes: 'meshes', models: 'analyses', admin: 'settings' }[route.path[0]] ?? route.path[0] ?? '';

@@ -43,6 +43,7 @@ const QUESTIONS: Question[] = [
     ['asymmetry', 'Asymmetry', 'How do left and right sides differ?', (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.side))) && 'needs subjects and both sides'],
     ['trajectories', 'Trajectories', 'How do subjects change over time, and who is unlike the others?', (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.time))) && 'needs subjects and times'],
     ['pca-parts', 'Several structures', 'How do structures of a subject vary together?', (members) => (!members.some((m) => m.subject) || !differ(partsOf(members))) && 'needs subjects and a column part'],
+    ['classify-parts', 'Classify by structures', 'Can the group be told from several structures together?', (members) => (!members.some((m) => m.subject) || !differ(partsOf(members)) ? 'needs subjects and a column part' : twoLabels(members))],
     ['neighbours', 'Neighbours', 'Which are nearest to each?'],
     ['train', 'Keep a classifier', 'What label will a new shape have?', twoLabels],
     ['report', 'Report', 'All that was found, as one page'],
@@ -195,7 +196,7 @@ export function CohortPage({ name }: { name: string }) {
                     {error ? <ProblemBox error={error} /> : null}
                     {mayChange() && (
                         <div class="questions">
-                            {QUESTIONS.map(([id, title, text, lacks]) => lacks?.(members)
+                            {[...QUESTIONS].sort((a, b) => +!!a[3]?.(members) - +!!b[3]?.(members)).map(([id, title, text, lacks]) => lacks?.(members)
                                 ? <span class="card off" key={id}><strong>{title}</strong><br /><span class="quiet">{lacks(members)}</span></span>
                                 : <a class="card" key={id} href={`${link('analyses', id)}?cohort=${name}`}><strong>{title}</strong><br /><span class="quiet">{text}</span></a>)}
                             <a class="card" href={`#/analyses?cohort=${name}`}><strong>More</strong><br /><span class="quiet">every process</span></a>

@@ -49,6 +49,9 @@ export function DropZone({ compact }: { compact?: boolean }) {
     );
 }
 
+const NAMED = 20;
+const shortened = (names: string[]): string => names.slice(0, NAMED).join(', ') + (names.length > NAMED ? ` and ${names.length - NAMED} more` : '');
+
 /** How far an upload is, and what became of each file. */
 export function Uploads() {
     const state = useValue(batch);
@@ -82,10 +85,11 @@ export function Uploads() {
                 </details>
             )}
             {(state.unmatched.rows.length > 0 || state.unmatched.files.length > 0) && (
-                <details open>
-                    <summary>Not everything matched</summary>
-                    {state.unmatched.rows.length > 0 && <p>Rows without a mesh: {state.unmatched.rows.slice(0, 20).join(', ')}</p>}
-                    {state.unmatched.files.length > 0 && <p>Meshes without a row: {state.unmatched.files.slice(0, 20).join(', ')}</p>}
+                <details open={state.unmatched.files.length > 0 || state.unmatched.rows.length < 6}>
+                    <summary>{[[state.unmatched.rows.length, 'row', 'without a mesh'] as const, [state.unmatched.files.length, 'mesh', 'without a row'] as const].filter(([n]) => n)
+                        .map(([n, what, text]) => `${plural(n, what, what === 'mesh' ? 'meshes' : `${what}s`)} ${text}`).join(', ')}</summary>
+                    {state.unmatched.rows.length > 0 && <p>Rows without a mesh: {shortened(state.unmatched.rows)}</p>}
+                    {state.unmatched.files.length > 0 && <p>Meshes without a row: {shortened(state.unmatched.files)}</p>}
                 </details>
             )}
             {state.error ? <ProblemBox error={state.error} /> : null}

@@ -21,7 +21,7 @@ export function mapOf(field: Field): Map3 {
 
 export function paintedBy(map: Map3): Float32Array {
     const part = (v: number) => (v - map.low) / (map.high - map.low);
-    const flip = /significance|fdr|pvalue/i.test(map.field.name);
+    const flip = isFlipped(map);
     const at = (v: number) => colourAt(map.scale, flip ? 1 - part(v) : part(v));
     if (!map.keep) return coloursOf(map.field.values, at);
     const { keep } = map;
@@ -31,15 +31,22 @@ export function paintedBy(map: Map3): Float32Array {
     return colours;
 }
 
+const isFlipped = (map: Map3): boolean => /significance|fdr|pvalue/i.test(map.field.name);
+
+/** The colour of a share of the range of a map. */
+export const colourOf = (map: Map3, share: number): string => colourText(map.scale, isFlipped(map) ? 1 - share : share);
+
+export const titleOf = (map: Map3): string => map.title ?? `${map.field.name}${map.field.unit && map.field.unit !== '1' ? ` (${map.field.unit})` : ''}`;
+
 export function ColourBar({ map, threshold }: { map: Map3; threshold?: number }) {
-    const flip = /significance|fdr|pvalue/i.test(map.field.name);
+    const flip = isFlipped(map);
     const stops = Array.from({ length: 11 }, (_, i) => i / 10);
     const tick = threshold === undefined ? null : (threshold - map.low) / (map.high - map.low);
-    const title = map.title ?? `${map.field.name}${map.field.unit && map.field.unit !== '1' ? ` (${map.field.unit})` : ''}`;
+    const title = titleOf(map);
     const id = `bar-${map.field.name}-${map.scale}${flip ? '-f' : ''}`;
     return (
         <svg class="bar" viewBox="0 0 240 46" role="img" aria-label={`Colours of ${title}: from ${figure(map.low)} to ${figure(map.high)}`}>
-            <defs><linearGradient id={id}>{stops.map((s) => <stop offset={s} stop-color={colourText(map.scale, flip ? 1 - s : s)} />)}</linearGradient></defs>
+            <defs><linearGradient id={id}>{stops.map((s) => <stop offset={s} stop-color={colourOf(map, s)} />)}</linearGradient></defs>
             <text x="8" y="12" font-size="11" fill="currentColor">{title}</text>
             <rect x="8" y="17" width="224" height="11" fill={`url(#${id})`} />
             {tick !== null && tick >= 0 && tick <= 1 && <path d={`M${8 + 224 * tick} 14V31`} stroke="currentColor" stroke-width="2" />}

@@ -22,7 +22,17 @@ addEventListener('hashchange', () => route.set(read()));
 
 export const useRoute = (): Route => useValue(route);
 export const link = (...path: string[]): string => `#/${path.map(encodeURIComponent).join('/')}`;
+/** Whether the page was left by a link: then the next begins at its top, and not where one was when one goes back. */
+let fresh = false;
+addEventListener('click', (event) => { fresh = !!(event.target as Element).closest?.('a[href^="#"]'); }, true);
+
+export function begin(): void {
+    if (fresh) scrollTo(0, 0);
+    fresh = false;
+}
+
 export const go = (href: string): void => {
+    fresh = true;
     location.hash = href.replace(/^#/, '');
 };
 

@@ -6,7 +6,8 @@ import { groupLook } from './colours';
 import { boundsOf } from './geometry';
 import { readGlb } from './glb';
 import type { Surface3 } from './glb';
-import { ColourBar, mapOf, paintedBy } from './maps';
+import { ColourBar, colourOf, mapOf, paintedBy, titleOf } from './maps';
+import type { Map3 } from './maps';
 import { link } from './router';
 import { Camera, draw, forget, pick } from './stage';
 import type { Look, Part } from './stage';
@@ -139,14 +140,34 @@ export function View({ parts, camera, label, look, version = 0, onLink, onHover,
 
 // ---- Pictures --------------------------------------------------------------------------------------------------------
 
-export async function picture(parts: Part[], camera: Camera, look: Partial<Look>, side = 2000, background: string | null = '#ffffff'): Promise<Blob> {
+/** The colour bar of a map at the foot of a picture, with dark letters. */
+function putBar(canvas: HTMLCanvasElement, map: Map3): void {
+    const pen = canvas.getContext('2d')!;
+    const unit = canvas.width / 100;
+    const [left, top, width] = [30 * unit, 94 * unit, 40 * unit];
+    pen.fillStyle = '#222222';
+    pen.font = `${2.2 * unit}px Helvetica, Arial, sans-serif`;
+    pen.fillText(titleOf(map), left, top - 0.8 * unit);
+    pen.textBaseline = 'top';
+    pen.fillText(figure(map.low), left, top + 3 * unit);
+    pen.textAlign = 'right';
+    pen.fillText(figure(map.high), left + width, top + 3 * unit);
+    const bar = pen.createLinearGradient(left, 0, left + width, 0);
+    for (let i = 0; i <= 10; i++) bar.addColorStop(i / 10, colourOf(map, i / 10));
+    pen.fillStyle = bar;
+    pen.fillRect(left, top, width, 2.4 * unit);
+}
+
+export async function picture(parts: Part[], camera: Camera, look: Partial<Look>, side = 2000, background: string | null = '#ffffff', map?: Map3): Promise<Blob> {
     const canvas = document.createElement('canvas');
     canvas.width = canvas.height = side;
     draw(canvas, parts, camera, { ...boundsOf(parts.map((p) => p.shape)), ...look, background });
+    if (map) putBar(canvas, map);
     return new Promise((yes) => canvas.toBlob((blob) => yes(blob!), 'image/png'));
 }
 
-export function PictureButtons({ parts, camera, look = {}, name }: { parts: Part[]; camera: Camera; look?: Partial<Look>; name: string }) {
+export function PictureButtons({ parts, camera, look = {}, name, map }: { parts: Part[]; camera: Camera; look?: Partial<Look>; name: string; map?: Map3 }) {
+    const [bar, setBar] = useState(true);
     const [side, setSide] = useState(2000);
     const [clear, setClear] = useState(false);
     return (
@@ -154,7 +175,8 @@ export function PictureButtons({ parts, camera, look = {}, name }: { parts: Part
             <div class="card">
                 <label>Pixels <input type="number" min={100} max={8000} step={100} value={side} onChange={(e) => setSide(+e.currentTarget.value || 2000)} /></label>
                 <label class="check"><input type="checkbox" checked={clear} onChange={(e) => setClear(e.currentTarget.checked)} /> transparent</label>
-                <button onClick={async () => save(`${name}.png`, await picture(parts, camera, look, Math.min(8000, side), clear ? null : '#ffffff'))}>PNG</button>
+                {map && <label class="check"><input type="checkbox" checked={bar} onChange={(e) => setBar(e.currentTarget.checked)} /> with its colours</label>}
+                <button onClick={async () => save(`${name}.png`, await picture(parts, camera, look, Math.min(8000, side), clear ? null : '#ffffff', bar ? map : undefined))}>PNG</button>
             </div>
         </details>
     );
@@ -217,7 +239,7 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
                 <label class="check"><input type="checkbox" checked={cut !== null} onChange={(e) => setCut(e.currentTarget.checked ? 0 : null)} /> Cut</label>
                 {cut !== null && <input type="range" min={-1} max={1} step={0.01} value={cut} aria-label="Where it is cut" onInput={(e) => setCut(+e.currentTarget.value)} />}
                 <label class="check"><input type="checkbox" checked={placing} onChange={(e) => setPlacing(e.currentTarget.checked)} /> Landmarks</label>
-                <PictureButtons parts={parts} camera={camera} look={look} name={name} />
+                <PictureButtons parts={parts} camera={camera} look={look} name={name} map={map} />
                 {downloads && (
                     <details class="menu"><summary>Download</summary><div class="card">
                         {downloads.map(([format, path]) => <button onClick={() => fetchFile(path, `${name}.${format}`).catch(setFailed)}>{format.toUpperCase()}</button>)}

@@ -46,6 +46,14 @@ export async function filesOf(data: DataTransfer): Promise<File[]> {
 export const cohortName = (text: string): string =>
     text.replace(/\.(zip|tar|tgz|tar\.gz|csv|tsv|txt)$/i, '').replace(/[^A-Za-z0-9._-]+/g, '-').slice(0, 100) || 'study';
 
+/** Names of tables that say nothing of the study: it is called by its folder then, if that is known. */
+const GENERIC = /^(labels?|data|table|members|groups?|covariates|participants|subjects)$/i;
+
+function studyName(table: File): string {
+    const name = cohortName(table.name);
+    return GENERIC.test(name) ? cohortName(table.webkitRelativePath?.split('/').at(-2) ?? 'study') : name;
+}
+
 const stem = (name: string): string => name.replace(/^.*[/\\]/, '').replace(/\.gz$/i, '').replace(/\.[^.]*$/, '').toLowerCase();
 
 /** Members of a cohort from a table, with what of either side has no partner. */
@@ -170,7 +178,7 @@ async function useTable(file: File, meshes: { name: string; id: string }[],
     const { members, rows, files } = match(table, known);
     change({ unmatched: { rows, files: meshes.length ? files : [] } });
     if (!members.length) throw new Error(`No row of ${file.name} has the name of a mesh that is here.`);
-    const name = await freeName(cohortName(file.name));
+    const name = await freeName(studyName(file));
     await api.send('post', '/v1/cohorts', {}, { name, members });
     change({ cohort: name });
 }
