@@ -8,4 +8,14 @@ const PAYLOADS = Array.from({ length: 50 }, (_, i) => `${i} ${TAGS[i % TAGS.leng
 const ran = (page, within = 'main') => page.evaluate((root) => window.hit !== undefined
     || [...document.querySelectorAll(root)].some((node) => node.querySelector('img, iframe, script, b, a[href^=javascript], [onerror], [onload], [onmouseover], [onfocus]')), within);
 
-module.exports = { PAYLOADS, ran };
+// What a part of a page says: its text, hidden tables too, and what its attributes tell.
+const told = (page, within = 'main') => page.$eval(within, (root) => [root.textContent, ...[...root.querySelectorAll('*')]
+    .flatMap((node) => [...node.attributes].map((a) => a.value).concat(node.value ?? []))].join('\n').replace(/\s+/g, ' '));
+
+// The payloads that it does not say.
+const unsaid = async (page, within) => {
+    const said = await told(page, within);
+    return PAYLOADS.filter((payload) => !said.includes(payload.replace(/\s+/g, ' ')));
+};
+
+module.exports = { PAYLOADS, ran, unsaid };

@@ -5,7 +5,8 @@
 const fs = require('fs');
 const path = require('path');
 const { launch, open, text, waitText, press, visit, modules } = require('./browser.cjs');
-const { PAYLOADS, ran } = require('./hostile.cjs');
+const { PAYLOADS, ran, unsaid } = require('./hostile.cjs');
+const many = require('./many.cjs');
 const { step, tell, failures, axe, note } = require('./steps.cjs');
 
 const [url, scratch, only] = process.argv.slice(2);
@@ -38,22 +39,36 @@ async function cohorts() {
             });
         }
     await call('POST', '/v1/cohorts', { name: 'twice', members });
-    await call('POST', '/v1/cohorts', { name: 'once', members: members.filter((m) => m.time === 60).slice(0, 12) });
+    await call('POST', '/v1/cohorts', { name: 'once', members: members.filter((m) => m.time === 60) });
+    // Twenty-five structures of each of six subjects, and again with the names that are left.
+    for (const half of [0, 1]) {
+        const parts = [];
+        for (let s = 0; s < 6; s++)
+            for (const [i, part] of PAYLOADS.slice(25 * half, 25 * half + 25).entries())
+                parts.push({ id: await surface(`${part} ${s}`, i + s / 7, 1 + 0.2 * (s % 2)), subject: PAYLOADS[s], label: PAYLOADS[s % 2], covariates: { part } });
+        await call('POST', '/v1/cohorts', { name: `structures-${half}`, members: parts });
+    }
     return members.map((m) => m.id);
 }
 
 async function main() {
     const [a, b, c] = await cohorts();
+    const commented = (ply) => {
+        const end = ply.indexOf('\n', 4) + 1; // of the line that names the format
+        return Buffer.concat([ply.subarray(0, end), Buffer.from(PAYLOADS.map((p) => `comment ${p}\n`).join('')), ply.subarray(end)]);
+    };
     const data = (name) => fs.readFileSync(path.join(__dirname, '../data', name));
-    const mesh = (await call('POST', '/v1/meshes?name=left', data('aal_subcortex/L_thalamus.ply'), {})).id;
-    const other = (await call('POST', '/v1/meshes?name=other', data('aal_subcortex/L_pallidum.ply'), {})).id;
-    const volume = (await call('POST', '/v1/volumes?name=labels', data(`aal_volume/${fs.readdirSync(path.join(__dirname, '../data/aal_volume')).find((f) => /\.nii/.test(f))}`), {})).id;
+    const mesh = (await call('POST', `/v1/meshes?name=${encodeURIComponent(PAYLOADS[6])}`, commented(data('aal_subcortex/L_thalamus.ply')), {})).id;
+    const other = (await call('POST', `/v1/meshes?name=${encodeURIComponent(PAYLOADS[7])}`, commented(data('aal_subcortex/L_pallidum.ply')), {})).id;
+    const volume = (await call('POST', `/v1/volumes?name=${encodeURIComponent(PAYLOADS[8])}`, data(`aal_volume/${fs.readdirSync(path.join(__dirname, '../data/aal_volume')).find((f) => /\.nii/.test(f))}`), {})).id;
     const label = (await call('GET', `/v1/volumes/${volume}`)).labels[0].value;
     const run = (process, inputs) => call('POST', `/v1/processes/${process}/execution`, { inputs }, { 'Content-Type': 'application/json', Prefer: 'wait=300' });
     const model = (await run('pca', { cohort: 'once', register: false })).model.id;
     const classifier = (await run('train', { cohort: 'once', method: 'srnf-nn' })).model.id;
 
     const group = { cohort: 'once', register: false };
+    // Where the axes of an ellipsoid end, more or less.
+    const marks = JSON.stringify({ points: PAYLOADS.map(() => [[0.73, 0, 0], [0, 0.59, 0], [0, 0, 0.49]]), heldOut: [2] });
     const few = { permutations: 19, bootstraps: 100 };
     // What each form is given, and what its results show.
     const forms = {
@@ -64,23 +79,24 @@ async function main() {
         invert: [{ srnf: b, maxIterations: 5 }, 'Open, download'],
         geodesic: [{ from: mesh, to: other, steps: 3, landmarks: JSON.stringify({ from: [10, 200, 400], to: [30, 150, 90], heldOut: [2] }) }, 'Held out: 1 landmark'],
         register: [{ template: mesh, moving: other, landmarks: JSON.stringify({ template: [10, 200, 400], moving: [30, 150, 90], heldOut: [2] }) }, 'Held out: 1 landmark'],
-        distances: [group, 'Classical scaling'],
-        mean: [group, 'Open, download'],
-        pca: [group, 'Mean and components'],
+        distances: [group, 'Classical scaling', 50],
+        mean: [{ cohort: 'once', lmax: 4, maxIterations: 1, landmarks: marks }, 'Held out: 1 landmark', 50],
+        pca: [{ cohort: 'once', lmax: 4, maxIterations: 1, landmarks: marks }, 'Mean and components', 50],
         modes: [{ model, coefficients: '1, -1' }, 'sd'],
         sample: [{ model, count: 2 }, 'Open, download'],
         project: [{ model, surface: b }, 'The new subject among the others'],
-        neighbours: [{ cohort: 'once', k: 3 }, 'those nearest to it'],
+        neighbours: [{ cohort: 'once', k: 3 }, 'those nearest to it', 50],
         score: [{ model, surface: b }, 'Percentile [0-9.]+'],
         'evaluate-model': [{ ...group, samples: 10 }, 'Generalisation'],
         'compare-groups': [{ ...group, permutations: 19 }, 'distance of the means'],
         regress: [{ ...group, ...few, formula: 'shape ~ age + site' }, 'Predict from 40 to 51'],
-        change: [{ cohort: 'twice', register: false, ...few }, 'From time 60 to time 62 the surface moves'],
-        asymmetry: [{ cohort: 'twice', register: false, ...few }, 'Directional asymmetry'],
-        'pca-parts': [{ cohort: 'twice', register: false, modes: 2, relativePose: true }, 'Whose variance each component is'],
-        trajectories: [{ cohort: 'twice', register: false, ...few, formula: 'shape ~ site', at: JSON.stringify([60, 61, 62].flatMap((time) => [4, 5].map((i) => ({ time, site: PAYLOADS[i] })))) }, 'slopes of subjects vary about that'],
-        classify: [{ cohort: 'once', method: 'srnf-nn' }, 'Accuracy'],
-        train: [{ cohort: 'once', method: 'srnf-nn' }, 'right, each without its subject'],
+        change: [{ cohort: 'twice', register: false, ...few }, 'From time 60 to time 62 the surface moves', 50],
+        asymmetry: [{ cohort: 'twice', register: false, ...few }, 'Directional asymmetry', 50],
+        'pca-parts': [{ cohort: 'twice', register: false, modes: 2, relativePose: true }, 'Whose variance each component is', 50],
+        'classify-parts': [{ cohort: 'structures-0', method: 'srnf-nn', lmax: 4 }, 'Each structure alone', 25],
+        trajectories: [{ cohort: 'twice', register: false, ...few, formula: 'shape ~ site', at: JSON.stringify([60, 61, 62].flatMap((time) => [4, 5].map((i) => ({ time, site: PAYLOADS[i] })))) }, 'slopes of subjects vary about that', 50],
+        classify: [{ cohort: 'once', method: 'srnf-nn', lmax: 4 }, 'Accuracy', 3],
+        train: [{ cohort: 'once', method: 'srnf-nn', lmax: 4 }, 'right, each without its subject', 3],
         predict: [{ model: classifier, surfaces: a }, 'before it was seen|its label and its probabilities say nothing'],
         shoot: [{ surface: a, velocity: b, times: '0.5, 1', register: false }, 'relative energy'],
         transport: [{ from: a, to: b, vector: c, register: false }, 'norm'],
@@ -96,12 +112,14 @@ async function main() {
         const missing = processes.map((p) => p.id).filter((id) => !forms[id]);
         return missing.length === 0 || missing.join();
     });
-    for (const [id, [inputs, shown]] of Object.entries(forms).filter(([name]) => !only || only.split(',').includes(name))) {
+    for (const [id, [inputs, shown, least = 1]] of Object.entries(forms).filter(([name]) => !only || only.split(',').includes(name))) {
         await step(`${id} is started by its form, and its results have a view`, async () => {
             await visit(page, `#/analyses/${id}?${new URLSearchParams(inputs)}`);
             await page.waitForSelector('form.form');
             await page.waitForFunction(() => /Takes|depends on more|Estimating|No estimate/.test(document.querySelector('form').innerText));
             await waitText(page, 'Takes |depends on more');
+            if (await ran(page)) return 'a name ran in the form';
+            await page.type('#job-name', PAYLOADS[10]);
             await press(page, 'Start');
             await page.waitForFunction(() => /^#\/jobs\//.test(location.hash));
             await waitText(page, shown, PATIENCE_MS);
@@ -109,7 +127,10 @@ async function main() {
             await pause(500);
             const said = await text(page);
             if (/The page failed|undefined|NaN|\[object/.test(said)) return said.match(/.{0,80}(The page failed|undefined|NaN|\[object).{0,200}/s)[0];
-            return (await ran(page)) ? 'a name ran' : true;
+            if (await ran(page)) return 'a name ran';
+            const missing = await unsaid(page);
+            if (missing.includes(PAYLOADS[10])) return 'its name is not shown';
+            return PAYLOADS.length - missing.length >= least || `${PAYLOADS.length - missing.length} names of ${least} are shown, not ${missing[0]}`;
         });
         for (const scheme of ['light', 'dark']) {
             await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
@@ -126,6 +147,39 @@ async function main() {
     const six = (v) => `${+v.toPrecision(3)}`;
     const all = (said) => PAYLOADS.filter((payload) => !said.replace(/\s+/g, ' ').includes(payload.replace(/\s+/g, ' ')));
 
+    await step('fifty names of structures are text in both views of them', async () => {
+        for (const half of [0, 1]) {
+            const wanted = PAYLOADS.slice(25 * half, 25 * half + 25);
+            for (const [process, inputs, shown] of [['pca-parts', { register: false, modes: 0 }, 'Whose variance each component is'], ['classify-parts', { method: 'srnf-nn', lmax: 4 }, 'Each structure alone']]) {
+                const made = await run(process, { cohort: `structures-${half}`, ...inputs });
+                if (!made.parts) return JSON.stringify(made).slice(0, 300);
+                const { jobs: listed } = await call('GET', `/v1/jobs?process=${process}&limit=1`);
+                await visit(page, `#/jobs/${listed[0].id}`);
+                await waitText(page, shown);
+                await pause(500);
+                if (await ran(page)) return `a name ran in ${process}`;
+                const missing = (await unsaid(page)).filter((payload) => wanted.includes(payload));
+                if (missing.length) return `${process} lacks ${missing.length}: ${missing[0]}`;
+            }
+        }
+    });
+    await step('fifty cells of a table, in files with hostile comments, are text', async () => {
+        const { files } = many.write(path.join(scratch, 'cells'), 50);
+        for (const [i, file] of files.entries()) fs.appendFileSync(file, `# ${PAYLOADS[i]}\n`);
+        const quoted = (cell) => `"${cell.replace(/"/g, '""')}"`;
+        const table = path.join(scratch, 'cells.csv');
+        fs.writeFileSync(table, ['file,label,subject,note', ...PAYLOADS.map((p, i) => ['shape-' + i + '.off', quoted(p), quoted(p), quoted(p)].join())].join('\n'));
+        await visit(page, '#/');
+        await (await page.waitForSelector('input[type=file]')).uploadFile(...files, table);
+        await waitText(page, 'Open the cohort cells', 120000);
+        await press(page, 'Open the cohort cells');
+        await waitText(page, '50 members');
+        await page.$eval('.long', (node) => { node.style.maxHeight = 'none'; });
+        await page.waitForFunction(() => document.querySelectorAll('.long tbody input[aria-label^="note of"]').length === 50);
+        if (await ran(page)) return 'a cell ran';
+        const missing = await unsaid(page);
+        return missing.length === 0 || `${missing.length}: ${missing[0]}`;
+    });
     await step('slopes are those of the API, with every subject by its name', async () => {
         await visit(page, `#/jobs/${jobs.trajectories}`);
         await waitText(page, 'In the mean the surface moves by');

@@ -83,6 +83,26 @@ async function main() {
         await page.$eval('main input[type=number]', (node) => { node.value = '1'; node.dispatchEvent(new Event('input', { bubbles: true })); });
         await waitText(page, 'are in colour');
     });
+    await step('a picture has the size that was asked for, the colours of its map, and no ground', async () => {
+        const menu = await page.waitForSelector('details.menu');
+        await menu.evaluate((node) => { node.open = true; });
+        await menu.$eval('input[type=number]', (node) => { node.value = '1200'; node.dispatchEvent(new Event('change', { bubbles: true })); });
+        await menu.$eval('input[type=checkbox]', (node) => node.click());
+        await menu.$eval('button', (node) => node.click());
+        const picture = fs.readFileSync(await downloaded(/^map-significance\.png$/));
+        await menu.evaluate((node) => { node.open = false; });
+        const size = [picture.readUInt32BE(16), picture.readUInt32BE(20)].join();
+        const seen = await page.evaluate(async (address) => {
+            const image = new Image();
+            image.src = address;
+            await image.decode();
+            const pen = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height }).getContext('2d');
+            pen.drawImage(image, 0, 0);
+            const alpha = (x, y) => pen.getImageData(x * image.width, y * image.height, 1, 1).data[3];
+            return { corner: alpha(0, 0), middle: alpha(0.5, 0.5), bar: alpha(0.5, 0.95) };
+        }, `data:image/png;base64,${picture.toString('base64')}`);
+        return (size === '1200,1200' && seen.corner === 0 && seen.middle === 255 && seen.bar === 255) || `${size} ${JSON.stringify(seen)}`;
+    });
     await step('the path between the means is computed and shown', async () => {
         await press(page, 'Path between the means');
         await waitText(page, 'mean of (left|right)', 400000);
@@ -232,6 +252,16 @@ async function main() {
         note(`${each.toFixed(1)} ms of the processor for scripts a step`);
         return each < 33 || `${each} ms`;
     });
+    await step('a chart is taken away as SVG, PNG and CSV', async () => {
+        await visit(page, `#/jobs/${of('pca')}`);
+        for (const kind of ['SVG', 'PNG', 'CSV']) await press(page, `Scores as ${kind}`);
+        const svg = fs.readFileSync(await downloaded(/^scores\.svg$/), 'utf8');
+        const csv = fs.readFileSync(await downloaded(/^scores.*\.csv$/), 'utf8');
+        const png = fs.readFileSync(await downloaded(/^scores\.png$/));
+        const { scores } = (await call('GET', `/v1/jobs/${of('pca')}/results`)).model;
+        const rows = csv.trim().split('\r\n').length - 1;
+        return (svg.startsWith('<svg') && png.readUInt32BE(16) > 1000 && rows === scores.length) || `${svg.slice(0, 40)} ${png.length} ${rows}`;
+    });
     await step('two hundred files and a table become a map of two groups', async () => {
         const { files, table } = require('./many.cjs').write(path.join(scratch, 'many'), 200);
         const start = Date.now();
@@ -250,6 +280,23 @@ async function main() {
         await waitText(page, 'Points with p of at most|No point is significant', 300000);
         await page.waitForFunction(() => document.querySelectorAll('figure.shape canvas').length === 2);
         note(`to the map in ${Math.round((Date.now() - start) / 1000)} s`);
+    });
+    await step('a hundred thumbnails are drawn within five seconds', async () => {
+        const { members } = await call('GET', '/v1/cohorts/twohundred');
+        await call('POST', '/v1/cohorts', { name: 'hundred', members: members.slice(0, 100) });
+        await visit(page, '#/cohorts/hundred');
+        await page.setViewport({ width: 1280, height: 8000 }); // all are in sight
+        await page.reload();
+        const start = Date.now();
+        await press(page, 'Show all 100');
+        await page.waitForFunction(() => {
+            const all = [...document.querySelectorAll('.thumb canvas')];
+            return all.length === 100 && all.every((c) => c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some((v) => v));
+        }, { polling: 50 });
+        const took = Date.now() - start;
+        await page.setViewport({ width: 1280, height: 900 });
+        note(`100 thumbnails in ${took} ms after the page was loaded`);
+        return took <= 5000 || `${took} ms`;
     });
     tell(found.length === 0, 'no error, no word of the policy, no request to another host', found.join(' | '));
     await browser.close();
