@@ -70,10 +70,10 @@ void report_scalar(FILE *out, const json_t *value);
 /* A document as JSON that can stand in a script element: without < and >. */
 bool report_json(FILE *out, const json_t *document);
 
-/* ---- Words of results (report_terms.c) --------------------------------------------------------- */
+/* ---- Words of results (report_terms.c) ------------------------------------------------------- */
 
-/* What people call a member: "95 % interval" of confidenceInterval; of one without a name of its own
-   "max iterations" of maxIterations. */
+/* What people call a member: "95 % interval" of confidenceInterval; of one without a name of its
+   own "max iterations" of maxIterations. */
 void report_words(FILE *out, const char *name);
 /* Whether a member says something to a reader: not what the head of a section tells in words, nor
    what only a program needs. */
@@ -83,7 +83,7 @@ bool report_is_told(const char *name, const json_t *value);
 bool report_is_cell(const json_t *value);
 void report_put_cell(FILE *out, const json_t *object, const char *name);
 
-/* ---- Tables (report_tables.c) ------------------------------------------------------------------ */
+/* ---- Tables (report_tables.c) ---------------------------------------------------------------- */
 
 /* The members of an object that are cells, a row each. */
 void report_figures(FILE *out, const json_t *object);

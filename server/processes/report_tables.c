@@ -97,7 +97,8 @@ static const json_t *names_of(const struct report_page *page, const json_t *obje
     return NULL;
 }
 
-/* The name of a column: of a square matrix as its rows; scores are of components, shares of parts. */
+/* The name of a column: of a square matrix as its rows; scores are of components, shares of
+   parts. */
 static void put_column(const struct report_page *page, const char *name, const json_t *square,
                        size_t k)
 {

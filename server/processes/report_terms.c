@@ -12,7 +12,7 @@
 #define ALIKE_MIN 4   /* equal texts that are written once */
 #define SHAPE_ID_LENGTH 37
 
-/* ---- Names ------------------------------------------------------------------------------------- */
+/* ---- Names ----------------------------------------------------------------------------------- */
 
 static const struct term {
     const char *name, *words;
@@ -111,7 +111,7 @@ bool report_is_told(const char *name, const json_t *value)
     return !json_is_null(value) && !ends_with(name, "IsFloor") && !is_id(value);
 }
 
-/* ---- Cells ------------------------------------------------------------------------------------- */
+/* ---- Cells ----------------------------------------------------------------------------------- */
 
 static bool is_scalar(const json_t *value)
 {
