@@ -39,6 +39,7 @@ async function cohorts() {
             });
         }
     await call('POST', '/v1/cohorts', { name: 'twice', members });
+    await call('POST', '/v1/cohorts', { name: 'dozen', members: members.filter((m) => m.time === 60).slice(0, 12) });
     await call('POST', '/v1/cohorts', { name: 'once', members: members.filter((m) => m.time === 60) });
     // Twenty-five structures of each of six subjects, and again with the names that are left.
     for (const half of [0, 1]) {
@@ -81,19 +82,19 @@ async function main() {
         register: [{ template: mesh, moving: other, landmarks: JSON.stringify({ template: [10, 200, 400], moving: [30, 150, 90], heldOut: [2] }) }, 'Held out: 1 landmark'],
         distances: [group, 'Classical scaling', 50],
         mean: [{ cohort: 'once', lmax: 4, maxIterations: 1, landmarks: marks }, 'Held out: 1 landmark', 50],
-        pca: [{ cohort: 'once', lmax: 4, maxIterations: 1, landmarks: marks }, 'Mean and components', 50],
+        pca: [group, 'Mean and components', 50],
         modes: [{ model, coefficients: '1, -1' }, 'sd'],
         sample: [{ model, count: 2 }, 'Open, download'],
         project: [{ model, surface: b }, 'The new subject among the others'],
-        neighbours: [{ cohort: 'once', k: 3 }, 'those nearest to it', 50],
+        neighbours: [{ cohort: 'dozen', k: 3 }, 'those nearest to it', 12],
         score: [{ model, surface: b }, 'Percentile [0-9.]+'],
-        'evaluate-model': [{ ...group, samples: 10 }, 'Generalisation'],
+        'evaluate-model': [{ ...group, cohort: 'dozen', samples: 10 }, 'Generalisation'],
         'compare-groups': [{ ...group, permutations: 19 }, 'distance of the means'],
         regress: [{ ...group, ...few, formula: 'shape ~ age + site' }, 'Predict from 40 to 51'],
         change: [{ cohort: 'twice', register: false, ...few }, 'From time 60 to time 62 the surface moves', 50],
         asymmetry: [{ cohort: 'twice', register: false, ...few }, 'Directional asymmetry', 50],
         'pca-parts': [{ cohort: 'twice', register: false, modes: 2, relativePose: true }, 'Whose variance each component is', 50],
-        'classify-parts': [{ cohort: 'structures-0', method: 'srnf-nn', lmax: 4 }, 'Each structure alone', 25],
+        'classify-parts': [{ cohort: 'structures-0', method: 'srnf-nn', lmax: 4, commonPose: true }, 'Each structure alone', 25],
         trajectories: [{ cohort: 'twice', register: false, ...few, formula: 'shape ~ site', at: JSON.stringify([60, 61, 62].flatMap((time) => [4, 5].map((i) => ({ time, site: PAYLOADS[i] })))) }, 'slopes of subjects vary about that', 50],
         classify: [{ cohort: 'once', method: 'srnf-nn', lmax: 4 }, 'Accuracy', 3],
         train: [{ cohort: 'once', method: 'srnf-nn', lmax: 4 }, 'right, each without its subject', 3],
@@ -150,7 +151,7 @@ async function main() {
     await step('fifty names of structures are text in both views of them', async () => {
         for (const half of [0, 1]) {
             const wanted = PAYLOADS.slice(25 * half, 25 * half + 25);
-            for (const [process, inputs, shown] of [['pca-parts', { register: false, modes: 0 }, 'Whose variance each component is'], ['classify-parts', { method: 'srnf-nn', lmax: 4 }, 'Each structure alone']]) {
+            for (const [process, inputs, shown] of [['pca-parts', { register: false, modes: 0 }, 'Whose variance each component is'], ['classify-parts', { method: 'srnf-nn', lmax: 4, commonPose: true }, 'Each structure alone']]) {
                 const made = await run(process, { cohort: `structures-${half}`, ...inputs });
                 if (!made.parts) return JSON.stringify(made).slice(0, 300);
                 const { jobs: listed } = await call('GET', `/v1/jobs?process=${process}&limit=1`);
@@ -328,7 +329,7 @@ async function main() {
     // ---- In a report ------------------------------------------------------------------------------------------------
 
     await step('a report has their sections, and opens offline', async () => {
-        const made = await run('report', { jobs: ['trajectories', 'pca-parts', 'neighbours', 'register', 'score'].map((id) => jobs[id]), title: PAYLOADS[9] });
+        const made = await run('report', { jobs: ['trajectories', 'pca-parts', 'neighbours', 'register', 'score', 'mean', 'classify-parts'].map((id) => jobs[id]), title: PAYLOADS[9] });
         if (!made.html) return JSON.stringify(made);
         note(`the report has ${Math.round(made.bytes / 1000)} kB, ${made.shapes} shapes`);
         const file = path.join(scratch, 'processes.html');
