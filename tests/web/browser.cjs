@@ -51,11 +51,17 @@ const text = (page, selector = 'main') => page.$eval(selector, (node) => node.in
 const waitText = (page, pattern, timeout) =>
     page.waitForFunction((p) => new RegExp(p).test(document.body.innerText), timeout ? { timeout } : {}, pattern.source ?? pattern);
 
-async function press(page, label) {
+async function press(page, label, again = 3) {
     const handle = await page.waitForFunction((wanted) => [...document.querySelectorAll('button, a, summary')]
         .find((node) => (node.getAttribute('aria-label') ?? node.textContent).trim() === wanted || node.textContent.trim() === wanted), {}, label);
-    await handle.evaluate((node) => node.scrollIntoView({ block: 'center' })); // not under the tray
-    await handle.asElement().click();
+    try {
+        await handle.evaluate((node) => node.scrollIntoView({ block: 'center' })); // not under the tray
+        await handle.asElement().click();
+    } catch (error) {
+        // A list that was drawn anew meanwhile has another node for it.
+        if (again === 0 || !/detached/.test(error.message)) throw error;
+        await press(page, label, again - 1);
+    }
 }
 
 const visit = async (page, hash) => {
