@@ -90,7 +90,7 @@ async function main() {
         score: [{ model, surface: b }, 'Percentile [0-9.]+'],
         'evaluate-model': [{ ...group, cohort: 'dozen', samples: 10 }, 'Generalisation'],
         'compare-groups': [{ ...group, permutations: 19 }, 'distance of the means'],
-        regress: [{ ...group, ...few, formula: 'shape ~ age + site' }, 'Predict from 40 to 51'],
+        regress: [{ ...group, cohort: 'dozen', ...few, formula: 'shape ~ age + site' }, 'Predict from 40 to 51'],
         change: [{ cohort: 'twice', register: false, ...few }, 'From time 60 to time 62 the surface moves', 50],
         asymmetry: [{ cohort: 'twice', register: false, ...few }, 'Directional asymmetry', 50],
         'pca-parts': [{ cohort: 'twice', register: false, modes: 2, relativePose: true }, 'Whose variance each component is', 50],

@@ -191,7 +191,8 @@ async function main() {
         await waitText(page, 'Percentile [0-9.]+', 30000);
         await page.waitForFunction(() => document.querySelector('figure.shape select')?.value === 'zScore');
         await visit(page, `#/jobs/${id('mean')}`);
-        await waitText(page, 'labels\\s+groups\\s+distances', 30000); // no view of its own: its lists are a table
+        await waitText(page, 'Member\\s+Label\\s+Distance from the mean', 30000);
+        await waitText(page, 'Mean of 12 shapes of the surfaces as they are parameterized');
         await visit(page, `#/jobs/${id('change')}`);
         await waitText(page, 'From time 0 to time 1.5 the surface moves by [0-9.]+ mm', 30000);
         await page.waitForFunction(() => document.querySelectorAll('figure.shape canvas').length === 2);
