@@ -302,10 +302,11 @@ static json_t *keep_surface(struct jobs_run *run, const struct pair *pair,
     const char *ids[2] = {fixed->id, moving->id};
     const struct surface_place place = process_place(run, moving);
     json_t *own = group_name_of(run, moving->id), *kept;
-    bool named = strcmp(json_string_value(own), moving->id) != 0;
+    const char *name = json_string_value(own);
+    bool named = name && strcmp(name, moving->id) != 0;
     double rotation[9];
     struct surface_description description = {
-        .name = named ? json_string_value(own) : "registered",
+        .name = named ? name : "registered",
         .degree = pair->degree,
         .coefficients = pair->registration.coefficients,
         .scale = process_scale(run, moving->id, moving->scale),
