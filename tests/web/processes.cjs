@@ -100,7 +100,7 @@ async function main() {
         train: [{ cohort: 'once', method: 'srnf-nn', lmax: 4 }, 'right, each without its subject', 3],
         predict: [{ model: classifier, surfaces: a }, 'before it was seen|its label and its probabilities say nothing'],
         shoot: [{ surface: a, velocity: b, times: '0.5, 1', register: false }, 'relative energy'],
-        transport: [{ from: a, to: b, vector: c, register: false }, 'norm'],
+        transport: [{ from: a, to: b, vector: c, register: false }, 'Length of the vector'],
         transfer: [{ source: a, deformed: b, target: c, register: false }, 'Open, download'],
         report: [{ cohort: 'once', modes: 1 }, 'Save the report'],
     };
