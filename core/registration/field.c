@@ -82,6 +82,26 @@ int srnf_register_to_field(const struct srnf_sht *sht, const double *field, doub
                                  error);
 }
 
+int srnf_register_to_field_landmarks(const struct srnf_sht *sht, const double *field, double norm2,
+                                     const double *moving,
+                                     const struct srnf_register_options *options,
+                                     const struct srnf_landmarks *landmarks,
+                                     const struct srnf_context *context, double rotation[9],
+                                     struct srnf_warp *warp, struct srnf_error *error)
+{
+    int status = landmarks && (options->exact || !options->reparameterization)
+                     ? srnf_fail(error, SRNF_EINVAL, -1, "landmarks guide warps that are sought")
+                     : SRNF_OK;
+
+    *warp = (struct srnf_warp){0};
+    if (status == SRNF_OK && landmarks) {
+        status = srnf_landmarks_check(landmarks, options->degree, error);
+    }
+    return status ? status
+                  : registration_to_field(sht, field, norm2, moving, options, landmarks, context,
+                                          rotation, warp, error);
+}
+
 int registration_lay(const struct srnf_sht *sht, enum srnf_representation representation,
                      const double *moving, const double rotation[9], const struct srnf_warp *warp,
                      const struct srnf_context *context, double *points, double *jacobian,

@@ -452,17 +452,46 @@ static int lay_one(void *argument, size_t i, double *field, const struct srnf_co
     return status ? status : mean_measure(run, i, field, NULL);
 }
 
+/* A search on other machines, and the first surface that cannot meet its landmarks. */
+struct elsewhere {
+    struct mean_run *run;
+    size_t failed; /* SIZE_MAX: none */
+    struct srnf_error why;
+};
+
 static int take_one(void *argument, size_t i, const double rotation[9], struct srnf_warp *warp)
 {
-    return mean_take_registered(argument, i, rotation, warp);
+    const struct elsewhere *elsewhere = argument;
+
+    return mean_take_registered(elsewhere->run, i, rotation, warp);
+}
+
+static void landmarks_of_one(void *argument, size_t i, struct srnf_landmarks *landmarks)
+{
+    const struct elsewhere *elsewhere = argument;
+
+    *landmarks = mean_landmarks_of(elsewhere->run, i);
+}
+
+/* The others go on: which fails does not depend on who comes first. */
+static int unmet_one(void *argument, size_t i, const struct srnf_error *why)
+{
+    struct elsewhere *elsewhere = argument;
+
+    if (i < elsewhere->failed) {
+        elsewhere->failed = i;
+        elsewhere->why = *why;
+    }
+    return SRNF_OK;
 }
 
 /* All to the mean from nothing where the caller has other machines for it (srnf_context.search), or
-   SRNF_SEARCH_HERE: also where landmarks guide them, of which those machines know nothing. */
+   SRNF_SEARCH_HERE. */
 static int register_elsewhere(struct mean_run *run, struct stats_progress progress,
                               struct srnf_error *error)
 {
     const struct srnf_context *context = run->context;
+    struct elsewhere elsewhere = {.run = run, .failed = SIZE_MAX};
     const struct srnf_field_search search = {.sht = run->work,
                                              .field = run->mean_q,
                                              .norm2 = run->norm2,
@@ -472,11 +501,16 @@ static int register_elsewhere(struct mean_run *run, struct stats_progress progre
                                              .from = progress.from,
                                              .to = progress.to,
                                              .take = take_one,
-                                             .argument = run};
+                                             .landmarks =
+                                                 mean_is_guided(run) ? landmarks_of_one : NULL,
+                                             .unmet = unmet_one,
+                                             .argument = &elsewhere};
+    int status = context && context->search ? context->search(context->user, &search, error)
+                                            : SRNF_SEARCH_HERE;
 
-    return context && context->search && !mean_is_guided(run)
-               ? context->search(context->user, &search, error)
-               : SRNF_SEARCH_HERE;
+    return status == SRNF_OK && elsewhere.failed != SIZE_MAX
+               ? mean_register_failed(elsewhere.failed, elsewhere.why.status, &elsewhere.why, error)
+               : status;
 }
 
 /* All to the mean from nothing, and the mean after it. */

@@ -143,6 +143,9 @@ void mean_subject_clear(struct mean_subject *subject);
 /* Registers subject i to the mean from nothing: rotation and warp. */
 SRNF_CHECKED int mean_register(const struct mean_run *run, size_t i,
                                const struct srnf_context *context, struct srnf_error *error);
+/* That it could not be: writes the error, and returns the status. */
+int mean_register_failed(size_t i, int status, const struct srnf_error *why,
+                         struct srnf_error *error);
 /* The same as it was found elsewhere; the links of warp become those of the subject. */
 SRNF_CHECKED int mean_take_registered(const struct mean_run *run, size_t i,
                                       const double rotation[9], struct srnf_warp *warp);

@@ -128,6 +128,13 @@ int mean_take_registered(const struct mean_run *run, size_t i, const double rota
     return mean_chain_set(run, i, warp);
 }
 
+int mean_register_failed(size_t i, int status, const struct srnf_error *why,
+                         struct srnf_error *error)
+{
+    return srnf_fail(error, status, (int64_t)i, "registering surface %zu to the mean: %s", i,
+                     status == SRNF_EUNMATCHED ? why->message : srnf_strerror(status));
+}
+
 int mean_register(const struct mean_run *run, size_t i, const struct srnf_context *context,
                   struct srnf_error *error)
 {
@@ -152,8 +159,7 @@ int mean_register(const struct mean_run *run, size_t i, const struct srnf_contex
                                    &run->registration, guided ? &landmarks : NULL, context,
                                    rotation, &warp, &why);
     if (status) {
-        return srnf_fail(error, status, (int64_t)i, "registering surface %zu to the mean: %s", i,
-                         status == SRNF_EUNMATCHED ? why.message : srnf_strerror(status));
+        return mean_register_failed(i, status, &why, error);
     }
     status = mean_take_registered(run, i, rotation, &warp);
     if (status == SRNF_OK && run->iterations == 0) {

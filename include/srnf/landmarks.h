@@ -59,6 +59,18 @@ SRNF_CHECKED int srnf_register_landmarks(const struct srnf_sht *sht, const doubl
                                          struct srnf_error *error);
 
 /*
+ * srnf_register_to_field, guided by landmarks, whose fixed points are those of the field. NULL:
+ * without. Errors: those of both, and of srnf_landmarks_check.
+ */
+SRNF_CHECKED int srnf_register_to_field_landmarks(const struct srnf_sht *sht, const double *field,
+                                                  double norm2, const double *moving,
+                                                  const struct srnf_register_options *options,
+                                                  const struct srnf_landmarks *landmarks,
+                                                  const struct srnf_context *context,
+                                                  double rotation[9], struct srnf_warp *warp,
+                                                  struct srnf_error *error);
+
+/*
  * What srnf_register_landmarks asks of landmarks before it begins, with fields of a degree.
  * Errors: SRNF_EINVAL, with the landmark as element (-1: none).
  */

@@ -172,6 +172,8 @@ SRNF_CHECKED int srnf_register_to_field(const struct srnf_sht *sht, const double
                                         const struct srnf_context *context, double rotation[9],
                                         struct srnf_warp *warp, struct srnf_error *error);
 
+struct srnf_landmarks; /* srnf/landmarks.h */
+
 /* Many such searches to one field, for srnf_context.search. */
 struct srnf_field_search {
     const struct srnf_sht *sht;
@@ -184,6 +186,11 @@ struct srnf_field_search {
     /* Takes what was found of surface i; the links of warp become its own. SRNF_OK, or an error
        that ends the search. */
     int (*take)(void *argument, size_t i, const double rotation[9], struct srnf_warp *warp);
+    /* The landmarks that guide surface i, all of as many, with the same fixed points and weight; NULL:
+       none do. Where there are some, take may have no warp of a surface that cannot meet them: then
+       unmet is called with the reason instead (SRNF_EUNMATCHED), as take otherwise. */
+    void (*landmarks)(void *argument, size_t i, struct srnf_landmarks *landmarks);
+    int (*unmet)(void *argument, size_t i, const struct srnf_error *why);
     void *argument;
 };
 

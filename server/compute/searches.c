@@ -14,6 +14,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "contents are doubles as they lie here");
 
@@ -26,6 +27,7 @@ struct spread {
     struct tasks_searches asked; /* of a whole block */
     size_t block;
     struct tasks_content *contents; /* [1 + n]: field, surfaces */
+    double *marks;                  /* [n][landmarks][3] of the surfaces; NULL: none guide */
 };
 
 static size_t block_size(const struct spread *spread, size_t task)
@@ -42,6 +44,9 @@ static int describe(void *user, size_t index, struct jobs_task *task)
     int status;
 
     asked.n = block_size(spread, index);
+    if (spread->marks) {
+        asked.moving = spread->marks + 3 * asked.n_landmarks * index * spread->block;
+    }
     *task = (struct jobs_task){.contents = malloc((1 + asked.n) * sizeof *task->contents),
                                .n_contents = 1 + asked.n};
     if (!task->contents) {
@@ -72,12 +77,21 @@ static int take_one(void *argument, size_t i, const double rotation[9], struct s
     return search->take(search->argument, taking->first + i, rotation, warp);
 }
 
+static int unmet_one(void *argument, size_t i, const struct srnf_error *why)
+{
+    const struct taking *taking = argument;
+    const struct srnf_field_search *search = taking->spread->search;
+
+    return search->unmet(search->argument, taking->first + i, why);
+}
+
 static int take(void *user, size_t index, const void *result, size_t size)
 {
     struct spread *spread = user;
     struct taking taking = {spread, index * spread->block};
 
-    return tasks_searches_read(result, size, block_size(spread, index), take_one, &taking);
+    return tasks_searches_read(result, size, block_size(spread, index), take_one,
+                               spread->marks ? unmet_one : NULL, &taking);
 }
 
 static void set_content(struct tasks_content *content, const double *values, size_t count)
@@ -85,6 +99,30 @@ static void set_content(struct tasks_content *content, const double *values, siz
     content->bytes = values;
     content->size = count * sizeof(double);
     store_sha256_hex(content->digest, values, content->size);
+}
+
+/* Copies the landmarks of all surfaces, where some guide. */
+static int prepare_landmarks(struct spread *spread)
+{
+    const struct srnf_field_search *search = spread->search;
+    struct srnf_landmarks one;
+    size_t most;
+
+    if (!search->landmarks) {
+        return SRNF_OK;
+    }
+    search->landmarks(search->argument, 0, &one);
+    spread->asked.n_landmarks = one.n;
+    spread->asked.weight = one.weight;
+    spread->asked.fixed = one.fixed;
+    most = tasks_searches_most(one.n);
+    spread->block = spread->block < most ? spread->block : most;
+    spread->marks = srnf_alloc(3 * one.n * search->n, sizeof(double));
+    for (size_t i = 0; spread->marks && i < search->n; i++) {
+        search->landmarks(search->argument, i, &one);
+        memcpy(spread->marks + 3 * one.n * i, one.moving, 3 * one.n * sizeof(double));
+    }
+    return spread->marks ? SRNF_OK : SRNF_ENOMEM;
 }
 
 static int prepare(struct spread *spread)
@@ -118,7 +156,6 @@ static int search_by_workers(void *user, const struct srnf_field_search *search,
                                       .registration = *search->options},
                             .block = (size_t)fmin(fmax(TASK_SECONDS / seconds, 1.0), BLOCK_MAX)};
     struct jobs_round round = {.kind = tasks_kind_find(TASKS_SEARCHES),
-                               .n = (search->n + spread.block - 1) / spread.block,
                                .from = search->from,
                                .to = search->to,
                                .describe = describe,
@@ -131,8 +168,10 @@ static int search_by_workers(void *user, const struct srnf_field_search *search,
     if (search->n < LEAST || grid->kind != SRNF_GRID_GAUSS_LEGENDRE) {
         return SRNF_SEARCH_HERE;
     }
-    status = prepare(&spread);
+    status = prepare_landmarks(&spread);
+    status = status ? status : prepare(&spread);
     if (status == SRNF_OK) {
+        round.n = (search->n + spread.block - 1) / spread.block;
         status = jobs_run_round(user, &round, &result);
     }
     if (status == JOBS_TASK_FAILED) {
@@ -140,6 +179,7 @@ static int search_by_workers(void *user, const struct srnf_field_search *search,
         status = SRNF_ECANCELED;
     }
     srnf_free(spread.contents);
+    srnf_free(spread.marks);
     return status;
 }
 

@@ -2,12 +2,14 @@
  * searches.c - the kind "searches": registrations of some surfaces to one field, as a mean or the
  * folds of a classification ask for them.
  *
- *   inputs   "srnfsrch", the numbers of enum field in their order, the options (options.c)
+ *   inputs   "srnfsrch", the numbers of enum field in their order, the options (options.c); where
+ *            landmarks guide, their points on the field's sphere, then those of each surface
  *   contents the field, double[3][n_theta][n_phi]; the surfaces, double[3][(L+1)^2] each
  *   result   for each surface the number of links, the rotation, and for each link kind, degree and
- *            values
+ *            values; or, of a surface that cannot meet its landmarks, FAILED, the landmark, and why
  *
- * What is found of a surface depends on field, surface and options alone (srnf_register_to_field).
+ * What is found of a surface depends on field, surface, options and landmarks alone
+ * (srnf_register_to_field_landmarks).
  * Cost: a search for each.
  */
 #include "tasks/internal.h"
@@ -18,8 +20,10 @@
 
 #define MAGIC "srnfsrch"
 #define MAGIC_SIZE 8
-#define VERSION 1
+#define VERSION 2
 #define LINKS_MAX 4096
+#define FAILED UINT64_MAX /* in the place of the number of links */
+#define SENTENCE sizeof(((struct srnf_error *)0)->message)
 #define LINK_DEGREE_MAX 64
 
 enum field {
@@ -29,25 +33,35 @@ enum field {
     FIELD_COLUMNS,
     FIELD_NORM2,
     FIELD_SURFACES,
+    FIELD_LANDMARKS,
+    FIELD_WEIGHT,
     FIELDS
 };
 #define HEAD (MAGIC_SIZE + 8 * (size_t)FIELDS + TASKS_OPTIONS_SIZE)
 
 /* ---- Inputs as bytes ------------------------------------------------------------------------- */
 
+size_t tasks_searches_most(size_t n_landmarks)
+{
+    size_t room = n_landmarks ? (TASKS_INPUTS_MAX - HEAD) / (24 * n_landmarks) - 1 : SIZE_MAX;
+
+    return room < TASKS_CONTENTS_MAX - 1 ? room : TASKS_CONTENTS_MAX - 1;
+}
+
 int tasks_searches_write(const struct tasks_searches *searches, struct tasks_bytes *inputs)
 {
-    const uint64_t numbers[FIELDS] = {[FIELD_VERSION] = VERSION,
-                                      [FIELD_DEGREE] = searches->degree,
-                                      [FIELD_ROWS] = searches->n_theta,
-                                      [FIELD_COLUMNS] = searches->n_phi,
-                                      [FIELD_SURFACES] = searches->n};
+    const uint64_t numbers[FIELDS] = {
+        [FIELD_VERSION] = VERSION,        [FIELD_DEGREE] = searches->degree,
+        [FIELD_ROWS] = searches->n_theta, [FIELD_COLUMNS] = searches->n_phi,
+        [FIELD_SURFACES] = searches->n,   [FIELD_LANDMARKS] = searches->n_landmarks};
+    size_t points = 3 * searches->n_landmarks;
 
     *inputs = (struct tasks_bytes){.bytes = NULL};
-    if (searches->n == 0 || searches->n >= TASKS_CONTENTS_MAX) {
+    if (searches->n == 0 || searches->n_landmarks > SRNF_LANDMARKS_MAX ||
+        searches->n > tasks_searches_most(searches->n_landmarks)) {
         return SRNF_ELIMIT;
     }
-    inputs->size = HEAD;
+    inputs->size = HEAD + (points ? 8 * points * (1 + searches->n) : 0);
     inputs->bytes = malloc(inputs->size);
     if (!inputs->bytes) {
         return SRNF_ENOMEM;
@@ -58,6 +72,13 @@ int tasks_searches_write(const struct tasks_searches *searches, struct tasks_byt
     }
     tasks_put_double(inputs->bytes + MAGIC_SIZE + 8 * FIELD_NORM2, searches->norm2);
     tasks_put_options(inputs->bytes + HEAD - TASKS_OPTIONS_SIZE, &searches->registration);
+    tasks_put_double(inputs->bytes + MAGIC_SIZE + 8 * FIELD_WEIGHT,
+                     points ? searches->weight : 0.0);
+    if (points) {
+        tasks_put_doubles(inputs->bytes + HEAD, searches->fixed, points);
+        tasks_put_doubles(inputs->bytes + HEAD + 8 * points, searches->moving,
+                          points * searches->n);
+    }
     return SRNF_OK;
 }
 
@@ -66,16 +87,20 @@ static uint64_t number(const unsigned char *inputs, enum field field)
     return tasks_get(inputs + MAGIC_SIZE + 8 * (size_t)field);
 }
 
-/* False: these are no such inputs. */
+/* All but the points of landmarks, which stay where they are. False: these are no such inputs. */
 static bool read_inputs(const unsigned char *inputs, size_t size, struct tasks_searches *searches)
 {
-    if (size != HEAD || memcmp(inputs, MAGIC, MAGIC_SIZE) != 0 ||
+    if (size < HEAD || memcmp(inputs, MAGIC, MAGIC_SIZE) != 0 ||
         number(inputs, FIELD_VERSION) != VERSION ||
         number(inputs, FIELD_DEGREE) > TASKS_DEGREE_MAX ||
         number(inputs, FIELD_ROWS) > SRNF_GRID_ROWS_MAX ||
         number(inputs, FIELD_COLUMNS) > 2 * SRNF_GRID_ROWS_MAX ||
         number(inputs, FIELD_SURFACES) == 0 ||
-        number(inputs, FIELD_SURFACES) >= TASKS_CONTENTS_MAX) {
+        number(inputs, FIELD_LANDMARKS) > SRNF_LANDMARKS_MAX ||
+        number(inputs, FIELD_SURFACES) > tasks_searches_most(number(inputs, FIELD_LANDMARKS)) ||
+        size != HEAD + (number(inputs, FIELD_LANDMARKS) ? 24 * number(inputs, FIELD_LANDMARKS) *
+                                                              (1 + number(inputs, FIELD_SURFACES))
+                                                        : 0)) {
         return false;
     }
     *searches =
@@ -83,8 +108,11 @@ static bool read_inputs(const unsigned char *inputs, size_t size, struct tasks_s
                                 .n_theta = (size_t)number(inputs, FIELD_ROWS),
                                 .n_phi = (size_t)number(inputs, FIELD_COLUMNS),
                                 .norm2 = tasks_get_double(inputs + MAGIC_SIZE + 8 * FIELD_NORM2),
-                                .n = (size_t)number(inputs, FIELD_SURFACES)};
-    return tasks_get_options(inputs + HEAD - TASKS_OPTIONS_SIZE, &searches->registration);
+                                .n = (size_t)number(inputs, FIELD_SURFACES),
+                                .n_landmarks = (size_t)number(inputs, FIELD_LANDMARKS),
+                                .weight = tasks_get_double(inputs + MAGIC_SIZE + 8 * FIELD_WEIGHT)};
+    return (searches->n_landmarks ? searches->weight > 0.0 : number(inputs, FIELD_WEIGHT) == 0) &&
+           tasks_get_options(inputs + HEAD - TASKS_OPTIONS_SIZE, &searches->registration);
 }
 
 /* ---- Results as bytes ------------------------------------------------------------------------ */
@@ -141,6 +169,39 @@ static int append(struct tasks_bytes *result, const double rotation[9],
     return SRNF_OK;
 }
 
+/* Appends that the landmarks of one surface could not be met. */
+static int append_failure(struct tasks_bytes *result, const struct srnf_error *why)
+{
+    const size_t size = 16 + SENTENCE;
+    unsigned char *grown = size <= TASKS_RESULT_MAX - result->size
+                               ? realloc(result->bytes, result->size + size)
+                               : NULL;
+
+    if (!grown) {
+        return SRNF_ENOMEM;
+    }
+    tasks_put(grown + result->size, FAILED);
+    tasks_put(grown + result->size + 8, (uint64_t)why->element);
+    memset(grown + result->size + 16, 0, SENTENCE);
+    memcpy(grown + result->size + 16, why->message, strlen(why->message));
+    result->bytes = grown;
+    result->size += size;
+    return SRNF_OK;
+}
+
+/* The failure at *at, which moves on. */
+static int read_failure(const unsigned char **at, const unsigned char *end, struct srnf_error *why)
+{
+    if ((size_t)(end - *at) < 16 + SENTENCE || tasks_get(*at + 8) >= SRNF_LANDMARKS_MAX ||
+        (*at)[16 + SENTENCE - 1] != 0) {
+        return SRNF_EINVAL;
+    }
+    *why = (struct srnf_error){.status = SRNF_EUNMATCHED, .element = (int64_t)tasks_get(*at + 8)};
+    memcpy(why->message, *at + 16, SENTENCE);
+    *at += 16 + SENTENCE;
+    return SRNF_OK;
+}
+
 /* The link at the bytes, appended to the warp (NULL: only looked at); *size: that it takes. */
 static int read_link(const unsigned char *bytes, size_t left, struct srnf_warp *warp, size_t *size)
 {
@@ -181,6 +242,7 @@ static int read_found(const unsigned char **at, const unsigned char *end, double
 int tasks_searches_read(const void *result, size_t size, size_t n,
                         int (*take)(void *argument, size_t i, const double rotation[9],
                                     struct srnf_warp *warp),
+                        int (*fail)(void *argument, size_t i, const struct srnf_error *why),
                         void *argument)
 {
     const unsigned char *at = result, *end = at + size;
@@ -188,8 +250,14 @@ int tasks_searches_read(const void *result, size_t size, size_t n,
 
     for (size_t i = 0; i < n && status == SRNF_OK; i++) {
         struct srnf_warp warp = {.n_links = 0};
+        struct srnf_error why;
         double rotation[9];
 
+        if (fail && end - at >= 8 && tasks_get(at) == FAILED) {
+            status = read_failure(&at, end, &why);
+            status = status == SRNF_OK ? fail(argument, i, &why) : status;
+            continue;
+        }
         status = read_found(&at, end, rotation, take ? &warp : NULL);
         if (status == SRNF_OK && take) {
             status = take(argument, i, rotation, &warp);
@@ -199,12 +267,22 @@ int tasks_searches_read(const void *result, size_t size, size_t n,
     return status == SRNF_OK && at != end ? SRNF_EINVAL : status;
 }
 
+/* Of no interest but that it can be read. */
+static int pass_over(void *argument, size_t i, const struct srnf_error *why)
+{
+    (void)argument;
+    (void)i;
+    (void)why;
+    return SRNF_OK;
+}
+
 static bool check_searches(const void *inputs, size_t size, const void *result, size_t result_size)
 {
     struct tasks_searches searches;
 
     return read_inputs(inputs, size, &searches) &&
-           tasks_searches_read(result, result_size, searches.n, NULL, NULL) == SRNF_OK;
+           tasks_searches_read(result, result_size, searches.n, NULL,
+                               searches.n_landmarks ? pass_over : NULL, NULL) == SRNF_OK;
 }
 
 /* ---- Computing ------------------------------------------------------------------------------- */
@@ -227,22 +305,31 @@ static double *read_content(const struct tasks_content *content, size_t count, i
     return values;
 }
 
+/* marks: of the surface, NULL where no landmarks guide. */
 static int search_one(const struct tasks_searches *searches, const struct srnf_sht *sht,
-                      const double *field, const struct tasks_content *content,
+                      const double *field, const double *marks, const struct tasks_content *content,
                       const struct srnf_context *context, struct tasks_bytes *result,
                       struct srnf_error *error)
 {
+    const struct srnf_landmarks landmarks = {searches->n_landmarks, searches->fixed, marks,
+                                             searches->weight};
     struct srnf_warp warp = {.n_links = 0};
+    struct srnf_error why = {.status = SRNF_OK};
     double rotation[9];
     int status;
     double *surface = read_content(content, 3 * srnf_coefficient_count(searches->degree), &status);
 
     if (surface) {
-        status = srnf_register_to_field(sht, field, searches->norm2, surface,
-                                        &searches->registration, context, rotation, &warp, error);
+        status = srnf_register_to_field_landmarks(
+            sht, field, searches->norm2, surface, &searches->registration,
+            marks ? &landmarks : NULL, context, rotation, &warp, &why);
     }
     if (status == SRNF_OK) {
         status = append(result, rotation, &warp);
+    } else if (status == SRNF_EUNMATCHED) {
+        status = append_failure(result, &why);
+    } else if (error) {
+        *error = why;
     }
     srnf_warp_clear(&warp);
     srnf_free(surface);
@@ -255,21 +342,31 @@ static int run_searches(const void *inputs, size_t size, const struct tasks_cont
 {
     struct tasks_searches searches;
     struct srnf_sht *sht = NULL;
-    double *field;
+    double *field, *marks = NULL;
+    size_t points;
     int status;
 
     *result = (struct tasks_bytes){.bytes = NULL};
     if (!read_inputs(inputs, size, &searches) || n_contents != searches.n + 1) {
         return SRNF_EINVAL;
     }
+    points = 3 * searches.n_landmarks;
     field = read_content(&contents[0], 3 * searches.n_theta * searches.n_phi, &status);
-    if (field) {
+    if (field && points) {
+        marks = read_content(&(struct tasks_content){.bytes = (const unsigned char *)inputs + HEAD,
+                                                     .size = size - HEAD},
+                             points * (1 + searches.n), &status);
+        searches.fixed = marks;
+    }
+    if (status == SRNF_OK) {
         status = srnf_sht_create(&sht, searches.degree, SRNF_GRID_GAUSS_LEGENDRE, searches.n_theta,
                                  searches.n_phi);
     }
     for (size_t i = 0; i < searches.n && status == SRNF_OK; i++) {
-        status = search_one(&searches, sht, field, &contents[1 + i], context, result, error);
+        status = search_one(&searches, sht, field, marks ? marks + points * (1 + i) : NULL,
+                            &contents[1 + i], context, result, error);
     }
+    srnf_free(marks);
     srnf_sht_destroy(sht);
     srnf_free(field);
     if (status) {

@@ -82,25 +82,32 @@ void tasks_pairs_distances(const void *result, size_t n_pairs, double *distances
 
 #define TASKS_SEARCHES "searches"
 
-/* What is asked for: srnf_register_to_field of each surface, on a Gauss-Legendre grid. The first
-   content is the field, double[3][n_theta][n_phi], the others are surfaces,
+/* What is asked for: srnf_register_to_field_landmarks of each surface, on a Gauss-Legendre grid. The
+   first content is the field, double[3][n_theta][n_phi], the others are surfaces,
    double[3][(degree+1)^2]. */
 struct tasks_searches {
     size_t degree, n_theta, n_phi;
     double norm2;
     struct srnf_register_options registration;
-    size_t n; /* surfaces, 1 .. TASKS_CONTENTS_MAX - 1 */
+    size_t n;             /* surfaces, 1 .. TASKS_CONTENTS_MAX - 1 */
+    size_t n_landmarks;   /* 0: none guide, and what follows is of no meaning */
+    double weight;        /* of the landmarks, or INFINITY */
+    const double *fixed;  /* [n_landmarks][3] */
+    const double *moving; /* [n][n_landmarks][3] */
 };
+/* Surfaces that a task with so many landmarks may have at most. */
+size_t tasks_searches_most(size_t n_landmarks);
 
-/* As bytes. Errors: SRNF_ENOMEM, SRNF_ELIMIT (n). */
+/* As bytes. Errors: SRNF_ENOMEM, SRNF_ELIMIT (n, n_landmarks). */
 SRNF_CHECKED int tasks_searches_write(const struct tasks_searches *searches,
                                       struct tasks_bytes *inputs);
-/* Calls take for each of the n surfaces of a result, in their order (struct srnf_field_search).
-   Errors: SRNF_EINVAL (no result of n surfaces), SRNF_ENOMEM, what take returns. */
-SRNF_CHECKED int tasks_searches_read(const void *result, size_t size, size_t n,
-                                     int (*take)(void *argument, size_t i, const double rotation[9],
-                                                 struct srnf_warp *warp),
-                                     void *argument);
+/* Calls take or fail for each of the n surfaces of a result, in their order (struct
+   srnf_field_search); fail NULL: that a surface failed is no result.
+   Errors: SRNF_EINVAL (no result of n surfaces), SRNF_ENOMEM, what take and fail return. */
+SRNF_CHECKED int tasks_searches_read(
+    const void *result, size_t size, size_t n,
+    int (*take)(void *argument, size_t i, const double rotation[9], struct srnf_warp *warp),
+    int (*fail)(void *argument, size_t i, const struct srnf_error *why), void *argument);
 
 /* ---- encodings: surfaces of prepared meshes (encodings.c) ------------------------------------ */
 

@@ -36,6 +36,10 @@ like "$LOCAL_MEAN" '^\["surf-.*[0-9]' 'a mean, computed here'
 POSED=$(jq -c '. + {commonPose: true, tolerance: 0.1}' <<<"$MEAN")
 execute mean "$POSED"
 LOCAL_POSED=$(json "$MEAN_NUMBERS")
+GUIDED=$(jq -c '. + {maxIterations: 2, landmarks: {vertices: [10, 200, 400], weight: 0.5}}' <<<"$MEAN")
+execute mean "$GUIDED"
+LOCAL_GUIDED=$(json "$MEAN_NUMBERS")
+like "$LOCAL_GUIDED" '^\["surf-.*[0-9]' 'a mean with landmarks, computed here'
 TWICE=$(jq -c '.surfaces |= [.[0], .[0], .[1]]' <<<"$INPUTS")
 execute distances "$TWICE"
 LOCAL_TWICE=$(json '.matrix | tojson')
@@ -46,6 +50,13 @@ like "$LOCAL_TWICE$LOCAL_MEAN_TWICE" '^\[\[0,[0-9.e-]+,0\.[0-9].*surf-' 'a group
 LABELLED=$(jq -c --argjson more "$(surfaces L_caudate R_caudate)" '{name: "six", members:
     [.surfaces + $more | to_entries[] | {id: .value, label: (if .key % 2 == 0 then "left" else "right" end)}]}' <<<"$MEAN")
 post_json /v1/cohorts "$LABELLED"
+PARTED=$(jq -c '{name: "parted", members: [.members | to_entries[] |
+    {id: .value.id, subject: "s\(.key / 2 | floor)", covariates: {part: (if .key % 2 == 0 then "one" else "two" end)}}]}' <<<"$LABELLED")
+post_json /v1/cohorts "$PARTED"
+PARTS='{"cohort":"parted","modes":1,"maxIterations":2}'
+execute pca-parts "$PARTS"
+LOCAL_PARTS=$(json '[.eigenvalues, .scores, .warnings] | tojson')
+like "$LOCAL_PARTS" '^\[\[[0-9]' 'components of two parts, computed here'
 FOLDS='{"cohort":"six","method":"srnf-nn"}'
 execute classify "$FOLDS"
 LOCAL_FOLDS=$(json "$FOLD_NUMBERS")
@@ -99,12 +110,22 @@ execute mean "$MEAN" --header 'Prefer: wait=100'
 is "$(json "$MEAN_NUMBERS")" "$LOCAL_MEAN" 'a mean by two workers: the same bits'
 execute mean "$POSED" --header 'Prefer: wait=100'
 is "$(json "$MEAN_NUMBERS")" "$LOCAL_POSED" 'in a common pose too'
+SEARCHES=$(searches_done)
+execute mean "$GUIDED" --header 'Prefer: wait=100'
+is "$(json "$MEAN_NUMBERS")" "$LOCAL_GUIDED" 'where landmarks guide, too'
+compare "$(searches_done)" '>' "$SEARCHES" 'whose registrations were tasks'
 execute distances "$TWICE" --header 'Prefer: wait=30'
 is "$(json '.matrix | tojson')" "$LOCAL_TWICE" 'a surface that is twice in a group makes two tasks'
 execute mean "$MEAN_TWICE" --header 'Prefer: wait=30'
 is "$(json "$MEAN_NUMBERS")" "$LOCAL_MEAN_TWICE" 'of its mean, too'
 is "$(surfaces L_caudate R_caudate | jq length)" 2 'two more surfaces'
 post_json /v1/cohorts "$LABELLED"
+SEARCHES=$(searches_done)
+post_json /v1/cohorts "$PARTED"
+SEARCHES=$(searches_done)
+execute pca-parts "$PARTS" --header 'Prefer: wait=100'
+is "$(json '[.eigenvalues, .scores, .warnings] | tojson')" "$LOCAL_PARTS" 'components of several parts'
+compare "$(searches_done)" '>' "$SEARCHES" 'whose registrations were tasks'
 SEARCHES=$(searches_done)
 execute classify "$FOLDS" --header 'Prefer: wait=100'
 is "$(json "$FOLD_NUMBERS")" "$LOCAL_FOLDS" 'and folds'

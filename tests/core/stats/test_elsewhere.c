@@ -1,6 +1,7 @@
 /*
  * test_elsewhere.c - registrations that are searched elsewhere (srnf_context.search): means and
- * folds have the bits that they have without, in whatever order what was found comes back; a caller
+ * folds have the bits that they have without, in whatever order what was found comes back, also
+ * where landmarks guide; the first whose landmarks cannot be met is named; a caller
  * who declines, fails or finds something that is none.
  *
  * srnfd-test: slow
@@ -9,7 +10,10 @@
 
 #include <fftw3.h>
 
+#include "srnf/landmarks.h"
+
 #define DEGREE (FIGURES_SLOW ? 5 : 7)
+#define M ((size_t)20) /* landmarks */
 #define N (FIGURES_SLOW ? (size_t)3 : (size_t)5)
 
 /* Another machine: it has the numbers of a search and nothing else. */
@@ -20,16 +24,21 @@ struct elsewhere {
 };
 
 static int search_one(const struct srnf_field_search *search, size_t i, double rotation[9],
-                      struct srnf_warp *warp)
+                      struct srnf_warp *warp, struct srnf_error *why)
 {
     const struct srnf_grid *grid = srnf_sht_grid(search->sht);
+    struct srnf_landmarks landmarks;
     struct srnf_sht *sht = NULL;
     int status =
         srnf_sht_create(&sht, srnf_sht_degree(search->sht), grid->kind, grid->n_theta, grid->n_phi);
 
+    if (search->landmarks) {
+        search->landmarks(search->argument, i, &landmarks);
+    }
     status = status ? status
-                    : srnf_register_to_field(sht, search->field, search->norm2, search->surfaces[i],
-                                             search->options, NULL, rotation, warp, NULL);
+                    : srnf_register_to_field_landmarks(
+                          sht, search->field, search->norm2, search->surfaces[i], search->options,
+                          search->landmarks ? &landmarks : NULL, NULL, rotation, warp, why);
     srnf_sht_destroy(sht);
     return status;
 }
@@ -45,11 +54,17 @@ static int search_elsewhere(void *user, const struct srnf_field_search *search,
     assert_true(search->from >= 0.0 && search->from < search->to && search->to <= 1.0);
     elsewhere->asked++;
     for (size_t i = search->n; i-- > 0 && status == SRNF_OK;) {
+        struct srnf_error why = {.status = SRNF_OK};
         struct srnf_warp warp;
         double rotation[9];
 
-        assert_int_equal(search_one(search, i, rotation, &warp), SRNF_OK);
-        status = search->take(search->argument, i, rotation, &warp);
+        status = search_one(search, i, rotation, &warp, &why);
+        if (status == SRNF_EUNMATCHED) {
+            status = search->unmet(search->argument, i, &why);
+        } else {
+            assert_int_equal(status, SRNF_OK);
+            status = search->take(search->argument, i, rotation, &warp);
+        }
         assert_null(warp.links);
         elsewhere->taken++;
     }
@@ -182,6 +197,68 @@ static void folds_have_the_same_bits(void **state)
     group_close(&g);
 }
 
+/* Landmarks of all surfaces, on a spiral that is turned a little from one to the next; those of
+   surfaces from `mirrored` on are mirrored: no warp takes them to those of the others. */
+static void place(double points[GROUP_MAX][M][3], size_t mirrored)
+{
+    for (size_t i = 0; i < N; i++) {
+        for (size_t j = 0; j < M; j++) {
+            double z = 1.0 - (2.0 * (double)j + 1.0) / (double)M, r = sqrt(1.0 - z * z);
+            double phi = 2.399963229728653 * (double)j + 0.03 * (double)i;
+
+            points[i][j][0] = i >= mirrored ? -r * cos(phi) : r * cos(phi);
+            points[i][j][1] = r * sin(phi);
+            points[i][j][2] = z;
+        }
+    }
+}
+
+static void guided_means_have_the_same_bits(void **state)
+{
+    static double points[GROUP_MAX][M][3];
+    struct group g;
+
+    (void)state;
+    group_open_stars(&g, DEGREE, N, 0.3);
+    for (int kind = 0; kind < 3; kind++) { /* met, of weight, and met by all but the last two */
+        struct srnf_group_landmarks landmarks = {M, M - 1, points[0][0],
+                                                 kind == 1 ? 0.7 : INFINITY};
+        struct srnf_register_options registration = registration_of(kind == 1);
+        struct srnf_mean_options options = srnf_mean_options_defaults();
+        struct elsewhere elsewhere = {.answer = SRNF_OK};
+        struct srnf_context context = context_of(&elsewhere);
+        struct srnf_error why[2] = {{0}, {0}};
+        struct srnf_mean mean[2];
+        int status[2];
+
+        registration.degree = 6;
+        place(points, kind == 2 ? N - 2 : N);
+        options.registration = &registration;
+        options.landmarks = &landmarks;
+        options.max_iterations = 2;
+        for (int k = 0; k < 2; k++) {
+            status[k] = srnf_karcher_mean(g.sht, N, g.surfaces, &options, k ? &context : NULL,
+                                          &mean[k], &why[k]);
+        }
+        assert_true(elsewhere.asked > 0);
+        assert_int_equal(status[0], status[1]);
+        assert_int_equal(why[0].element, why[1].element);
+        assert_string_equal(why[0].message, why[1].message);
+        if (kind == 2) {
+            assert_int_equal(status[0], SRNF_EUNMATCHED);
+            continue;
+        }
+        assert_true(status[0] >= 0);
+        assert_memory_equal(mean[0].mean_q, mean[1].mean_q, 3 * g.points * sizeof(double));
+        assert_memory_equal(mean[0].coefficients, mean[1].coefficients, g.count * sizeof(double));
+        assert_memory_equal(mean[0].landmark_points, mean[1].landmark_points,
+                            3 * M * N * sizeof(double));
+        srnf_mean_clear(&mean[0]);
+        srnf_mean_clear(&mean[1]);
+    }
+    group_close(&g);
+}
+
 static void what_is_no_search_is_refused(void **state)
 {
     struct srnf_register_options options = registration_of(1);
@@ -222,6 +299,7 @@ int main(void)
         cmocka_unit_test(means_have_the_same_bits),
         cmocka_unit_test(what_fails_elsewhere_ends_the_mean),
         cmocka_unit_test(folds_have_the_same_bits),
+        cmocka_unit_test(guided_means_have_the_same_bits),
         cmocka_unit_test(what_is_no_search_is_refused),
     };
     int failed;

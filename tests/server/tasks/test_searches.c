@@ -19,6 +19,7 @@
 
 #define DEGREE ((size_t)4)
 #define N ((size_t)3)
+#define M ((size_t)24) /* landmarks */
 #define COUNT ((size_t)(3 * (DEGREE + 1) * (DEGREE + 1)))
 
 struct world {
@@ -131,14 +132,171 @@ static void bits_are_those_of_the_search(void **state)
     struct tasks_searches one = world->asked;
     struct tasks_content contents[2] = {world->contents[0], world->contents[N]};
 
-    assert_int_equal(tasks_searches_read(result.bytes, result.size, N, compare, &all), SRNF_OK);
+    assert_int_equal(tasks_searches_read(result.bytes, result.size, N, compare, NULL, &all),
+                     SRNF_OK);
     assert_int_equal(all.count, N);
     free(result.bytes);
     one.n = 1;
     result = run(world, &one, contents);
-    assert_int_equal(tasks_searches_read(result.bytes, result.size, 1, compare, &last), SRNF_OK);
+    assert_int_equal(tasks_searches_read(result.bytes, result.size, 1, compare, NULL, &last),
+                     SRNF_OK);
     assert_int_equal(last.count, 1);
     free(result.bytes);
+}
+
+static void refuses(const struct world *world, const struct tasks_bytes *inputs, size_t size,
+                    size_t n_contents)
+{
+    struct tasks_bytes result;
+
+    assert_int_equal(
+        world->kind->run(inputs->bytes, size, world->contents, n_contents, NULL, &result, NULL),
+        SRNF_EINVAL);
+    assert_null(result.bytes);
+    assert_false(n_contents == 1 + N && world->kind->check(inputs->bytes, size, "", 0));
+}
+
+/* What landmarks find; fails: how many could not meet theirs. */
+struct guided {
+    const struct world *world;
+    const struct tasks_searches *asked;
+    size_t taken, failed;
+};
+
+static struct srnf_landmarks landmarks_of(const struct guided *guided, size_t i)
+{
+    const struct tasks_searches *asked = guided->asked;
+
+    return (struct srnf_landmarks){asked->n_landmarks, asked->fixed,
+                                   asked->moving + 3 * i * asked->n_landmarks, asked->weight};
+}
+
+static int search_here(const struct guided *guided, size_t i, double rotation[9],
+                       struct srnf_warp *warp, struct srnf_error *why)
+{
+    const struct world *world = guided->world;
+    const struct srnf_landmarks landmarks = landmarks_of(guided, i);
+
+    return srnf_register_to_field_landmarks(world->field.sht, world->field.q, world->asked.norm2,
+                                            world->surfaces[i], &world->asked.registration,
+                                            &landmarks, NULL, rotation, warp, why);
+}
+
+static int compare_guided(void *argument, size_t i, const double rotation[9],
+                          struct srnf_warp *warp)
+{
+    struct guided *guided = argument;
+    struct srnf_warp expected;
+    double turned[9];
+
+    assert_int_equal(search_here(guided, i, turned, &expected, NULL), SRNF_OK);
+    assert_memory_equal(rotation, turned, sizeof turned);
+    assert_int_equal(warp->n_links, expected.n_links);
+    for (size_t k = 0; k < warp->n_links; k++) {
+        const struct srnf_warp_link *a = &warp->links[k], *b = &expected.links[k];
+        size_t count = a->kind == SRNF_WARP_ROTATION ? 9 : 2 * srnf_coefficient_count(a->degree);
+
+        assert_memory_equal(a->values, b->values, count * sizeof(double));
+    }
+    srnf_warp_clear(&expected);
+    guided->taken++;
+    return SRNF_OK;
+}
+
+static int compare_failed(void *argument, size_t i, const struct srnf_error *why)
+{
+    struct guided *guided = argument;
+    struct srnf_error expected;
+    struct srnf_warp warp;
+    double turned[9];
+
+    assert_int_equal(search_here(guided, i, turned, &warp, &expected), SRNF_EUNMATCHED);
+    assert_int_equal(why->status, SRNF_EUNMATCHED);
+    assert_int_equal(why->element, expected.element);
+    assert_string_equal(why->message, expected.message);
+    guided->failed++;
+    return SRNF_OK;
+}
+
+/* Points that correspond, but for those of the second surface, which no warp meets; of weight they
+   are no failure. */
+static void landmarks_guide(void **state)
+{
+    struct world *world = *state;
+    double fixed[M][3], moving[N][M][3];
+    unsigned char none[8];
+
+    for (size_t j = 0; j < M; j++) { /* a spiral */
+        double z = 1.0 - (2.0 * (double)j + 1.0) / (double)M, phi = 2.399963229728653 * (double)j;
+
+        fixed[j][0] = sqrt(1.0 - z * z) * cos(phi);
+        fixed[j][1] = sqrt(1.0 - z * z) * sin(phi);
+        fixed[j][2] = z;
+    }
+    for (size_t i = 0; i < N; i++) {
+        memcpy(moving[i], fixed, sizeof fixed);
+    }
+    for (size_t j = 0; j < M; j++) { /* mirrored */
+        moving[1][j][0] = -fixed[j][0];
+    }
+    world->asked.registration.degree = 6;
+    for (int exact = 0; exact < 2; exact++) {
+        struct tasks_searches asked = world->asked;
+        struct guided guided = {.world = world, .asked = &asked};
+        struct tasks_bytes result, inputs;
+
+        asked.n_landmarks = M;
+        asked.weight = exact ? INFINITY : 0.5;
+        asked.fixed = fixed[0];
+        asked.moving = moving[0][0];
+        result = run(world, &asked, world->contents);
+        assert_int_equal(tasks_searches_read(result.bytes, result.size, N, compare_guided,
+                                             compare_failed, &guided),
+                         SRNF_OK);
+        assert_int_equal(guided.failed, exact);
+        assert_int_equal(guided.taken, N - guided.failed);
+        /* Without landmarks there are no failures, and no result is cut. */
+        assert_int_equal(tasks_searches_write(&world->asked, &inputs), SRNF_OK);
+        assert_int_equal(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size),
+                         !exact);
+        free(inputs.bytes);
+        assert_int_equal(tasks_searches_write(&asked, &inputs), SRNF_OK);
+        for (size_t size = 0; size < inputs.size; size += 8) {
+            refuses(world, &(struct tasks_bytes){inputs.bytes, size}, size, 1 + N);
+        }
+        for (size_t size = 0; size < result.size; size += 4) {
+            assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, size));
+        }
+        memset(none, 0xff, sizeof none); /* a point that is no number */
+        memcpy(inputs.bytes + inputs.size - 8, none, sizeof none);
+        refuses(world, &inputs, inputs.size, 1 + N);
+        free(inputs.bytes);
+        free(result.bytes);
+    }
+}
+
+static void tasks_of_many_landmarks_are_small(void **state)
+{
+    struct world *world = *state;
+    struct tasks_searches asked = world->asked;
+    struct tasks_bytes inputs;
+    double *points = calloc(3 * SRNF_LANDMARKS_MAX * TASKS_CONTENTS_MAX, sizeof *points);
+
+    asked.n_landmarks = SRNF_LANDMARKS_MAX;
+    asked.weight = 1.0;
+    asked.fixed = asked.moving = points;
+    asked.n = tasks_searches_most(SRNF_LANDMARKS_MAX);
+    assert_true(asked.n > 10);
+    assert_int_equal(tasks_searches_write(&asked, &inputs), SRNF_OK);
+    assert_true(inputs.size <= TASKS_INPUTS_MAX);
+    free(inputs.bytes);
+    asked.n++;
+    assert_int_equal(tasks_searches_write(&asked, &inputs), SRNF_ELIMIT);
+    asked.n = 1;
+    asked.n_landmarks++;
+    assert_int_equal(tasks_searches_write(&asked, &inputs), SRNF_ELIMIT);
+    assert_int_equal(tasks_searches_most(0), TASKS_CONTENTS_MAX - 1);
+    free(points);
 }
 
 static int fail_second(void *argument, size_t i, const double rotation[9], struct srnf_warp *warp)
@@ -155,22 +313,10 @@ static void who_takes_may_fail(void **state)
     struct tasks_bytes result = run(world, &world->asked, world->contents);
     size_t taken = 0;
 
-    assert_int_equal(tasks_searches_read(result.bytes, result.size, N, fail_second, &taken),
+    assert_int_equal(tasks_searches_read(result.bytes, result.size, N, fail_second, NULL, &taken),
                      SRNF_ENOMEM);
     assert_int_equal(taken, 2);
     free(result.bytes);
-}
-
-static void refuses(const struct world *world, const struct tasks_bytes *inputs, size_t size,
-                    size_t n_contents)
-{
-    struct tasks_bytes result;
-
-    assert_int_equal(
-        world->kind->run(inputs->bytes, size, world->contents, n_contents, NULL, &result, NULL),
-        SRNF_EINVAL);
-    assert_null(result.bytes);
-    assert_false(n_contents == 1 + N && world->kind->check(inputs->bytes, size, "", 0));
 }
 
 static void what_is_no_task_is_refused(void **state)
@@ -308,6 +454,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         TEST(bits_are_those_of_the_search),
+        TEST(landmarks_guide),
+        TEST(tasks_of_many_landmarks_are_small),
         TEST(who_takes_may_fail),
         TEST(what_is_no_task_is_refused),
         TEST(what_is_no_result_is_told),
