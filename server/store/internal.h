@@ -37,9 +37,17 @@ struct store_maps;  /* store/surface.h */
 
 struct store_write;
 
+enum { STORE_BEGIN, STORE_COMMIT, STORE_ROLLBACK, STORE_SAVEPOINT, STORE_RELEASE, STORE_STEPS };
+#define STORE_KEPT_MAX 8 /* statements */
+
 struct store_writer {
     sqlite3 *db;
-    sqlite3_stmt *rollback; /* prepared, so that it does not fail where memory is short */
+    /* Prepared once: of a transaction and its parts, and those of store_execute_kept. */
+    sqlite3_stmt *steps[STORE_STEPS];
+    struct {
+        const char *sql; /* static */
+        sqlite3_stmt *statement;
+    } kept[STORE_KEPT_MAX];
     pthread_t thread;
     bool started;
     pthread_mutex_t mutex;
@@ -50,7 +58,8 @@ struct store_writer {
        whether anything was committed since the last checkpoint. */
     int pages, pages_copied;
     bool dirty;
-    bool purge; /* the log still has what was erased: it is to be cut to nothing */
+    bool purge;   /* the log still has what was erased: it is to be cut to nothing */
+    bool relaxed; /* commits do not wait for the disk */
 };
 
 struct store_reader {
@@ -103,6 +112,9 @@ int store_prepare(sqlite3 *db, sqlite3_stmt **out, const char *sql, const char *
 int store_step(sqlite3 *db, sqlite3_stmt *statement);
 /* Prepares, binds, runs to the end; *changed (may be NULL) gets the number of rows touched. */
 int store_execute(sqlite3 *db, size_t *changed, const char *sql, const char *kinds, ...);
+/* The same on the writer's connection, with a statement that is prepared once; sql is static. */
+int store_execute_kept(struct store *store, size_t *changed, const char *sql, const char *kinds,
+                       ...);
 /* First column of the first row as an integer; STORE_NOT_FOUND without a row. */
 int store_scalar(sqlite3 *db, int64_t *value, const char *sql);
 /* First column of the first row as a text, cut to size; "" for NULL. The statement has one
@@ -146,8 +158,9 @@ void store_recent_keep(struct store_recent *recent, uint64_t age, const char *id
 struct store_write {
     int (*run)(struct store *store, sqlite3 *db, struct store_write *write);
     void *argument;
-    bool frees;          /* may be done with the reserve where the disk is full */
-    bool erases;         /* set by run: the log is to be emptied before the caller is woken */
+    bool frees;   /* may be done with the reserve where the disk is full */
+    bool relaxed; /* what a failure of power undoes is done again: it need not wait for the disk */
+    bool erases;  /* set by run: the log is to be emptied before the caller is woken */
     char (*dropped)[65]; /* malloc, freed when the write is done */
     size_t n_dropped, dropped_size;
     int status;
@@ -168,6 +181,11 @@ void store_writer_stop(struct store *store);
 /* Queues the write and waits until it is committed or refused. */
 int store_write(struct store *store, int (*run)(struct store *, sqlite3 *, struct store_write *),
                 void *argument);
+/* The same for a write that is done again where power has failed: it waits for the commit, which
+   other processes see and which outlives this one, but not for the disk. */
+int store_write_relaxed(struct store *store,
+                        int (*run)(struct store *, sqlite3 *, struct store_write *),
+                        void *argument);
 /* The same for a write that makes room, or leaves things as large as they are. */
 int store_write_freeing(struct store *store,
                         int (*run)(struct store *, sqlite3 *, struct store_write *),

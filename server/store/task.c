@@ -198,14 +198,14 @@ static int run_lease(struct store *store, sqlite3 *db, struct store_write *write
 {
     const struct move *move = write->argument;
     size_t changed = 0;
-    int status = store_execute(
-        db, &changed,
+    int status = store_execute_kept(
+        store, &changed,
         "UPDATE task SET status = 'leased', attempt = ?1, secret = ?2, worker = ?3, "
         "place = ?4 || ' (' || ?5 || ')' WHERE id = ?6 AND status = 'waiting' AND attempt < ?1",
         "ittttt", move->attempt, move->secret, move->worker, move->maker->host, move->maker->cpu,
         move->id);
 
-    (void)store;
+    (void)db;
     return judge(status, changed);
 }
 
@@ -217,27 +217,28 @@ int store_task_lease(struct store *store, const char *id, int64_t attempt, const
     move.attempt = attempt;
     move.worker = worker;
     move.maker = maker;
-    return store_write(store, run_lease, &move);
+    /* Where the power fails the lease is none, and its task is computed again. */
+    return store_write_relaxed(store, run_lease, &move);
 }
 
 /* One more result of the maker for the job of the task. */
-static int count_result(sqlite3 *db, const struct move *move)
+static int count_result(struct store *store, const struct move *move)
 {
     const struct store_maker *maker = move->maker;
     size_t changed = 0;
-    int status = store_execute(db, &changed,
-                               "UPDATE executor SET tasks = tasks + 1 WHERE job = "
-                               "(SELECT job FROM task WHERE id = ?) AND host = ? AND cpu = ? "
-                               "AND build = ?",
-                               "tttt", move->id, maker->host, maker->cpu, maker->build);
+    int status = store_execute_kept(store, &changed,
+                                    "UPDATE executor SET tasks = tasks + 1 WHERE job = "
+                                    "(SELECT job FROM task WHERE id = ?) AND host = ? AND cpu = ? "
+                                    "AND build = ?",
+                                    "tttt", move->id, maker->host, maker->cpu, maker->build);
 
     if (status == STORE_OK && changed == 0) {
-        status = store_execute(db, NULL,
-                               "INSERT INTO executor (job, host, cpu, build, tasks) "
-                               "SELECT job, ?2, ?3, ?4, 1 FROM task WHERE id = ?1 AND "
-                               "(SELECT count(*) FROM executor WHERE executor.job = task.job) < ?5",
-                               "tttti", move->id, maker->host, maker->cpu, maker->build,
-                               (int64_t)STORE_EXECUTORS_MAX);
+        status = store_execute_kept(
+            store, NULL,
+            "INSERT INTO executor (job, host, cpu, build, tasks) "
+            "SELECT job, ?2, ?3, ?4, 1 FROM task WHERE id = ?1 AND "
+            "(SELECT count(*) FROM executor WHERE executor.job = task.job) < ?5",
+            "tttti", move->id, maker->host, maker->cpu, maker->build, (int64_t)STORE_EXECUTORS_MAX);
     }
     return status;
 }
@@ -246,14 +247,14 @@ static int run_finish(struct store *store, sqlite3 *db, struct store_write *writ
 {
     const struct move *move = write->argument;
     size_t changed = 0;
-    int status = store_execute(db, &changed,
-                               "UPDATE task SET status = 'done', result = ? WHERE id = ? "
-                               "AND secret = ? AND status = 'leased'",
-                               "btt", move->result, move->size, move->id, move->secret);
+    int status = store_execute_kept(store, &changed,
+                                    "UPDATE task SET status = 'done', result = ? WHERE id = ? "
+                                    "AND secret = ? AND status = 'leased'",
+                                    "btt", move->result, move->size, move->id, move->secret);
 
-    (void)store;
+    (void)db;
     status = judge(status, changed);
-    return status == STORE_OK ? count_result(db, move) : status;
+    return status == STORE_OK ? count_result(store, move) : status;
 }
 
 int store_task_finish(struct store *store, const char *id, const char *secret,

@@ -35,9 +35,65 @@
 #define PURGE_MS 200          /* that emptying the log waits for readers */
 #define PAGES_FAR (64 * 2048) /* where waiting for readers is better than growing on */
 
+/* Those of enum STORE_BEGIN ..; prepared at the start, so that none fails where memory is short. */
+static const char *const steps[STORE_STEPS] = {"BEGIN IMMEDIATE", "COMMIT", "ROLLBACK",
+                                               "SAVEPOINT one_write", "RELEASE one_write"};
+
 static int execute(sqlite3 *db, const char *sql)
 {
     return store_map(db, sqlite3_exec(db, sql, NULL, NULL, NULL));
+}
+
+static int take_step(struct store_writer *writer, size_t step)
+{
+    int status = store_map(writer->db, sqlite3_step(writer->steps[step]));
+
+    (void)sqlite3_reset(writer->steps[step]);
+    return status;
+}
+
+static void finalize_all(struct store_writer *writer)
+{
+    for (size_t i = 0; i < STORE_STEPS; i++) {
+        sqlite3_finalize(writer->steps[i]);
+        writer->steps[i] = NULL;
+    }
+    for (size_t i = 0; i < STORE_KEPT_MAX; i++) {
+        sqlite3_finalize(writer->kept[i].statement);
+        writer->kept[i].statement = NULL;
+    }
+}
+
+static int prepare_steps(struct store_writer *writer)
+{
+    int rc = SQLITE_OK;
+
+    for (size_t i = 0; i < STORE_STEPS && rc == SQLITE_OK; i++) {
+        rc = sqlite3_prepare_v3(writer->db, steps[i], -1, SQLITE_PREPARE_PERSISTENT,
+                                &writer->steps[i], NULL);
+    }
+    if (rc != SQLITE_OK) {
+        finalize_all(writer);
+    }
+    return rc == SQLITE_OK ? STORE_OK : STORE_NOMEM;
+}
+
+/* Whether the next commits wait for the disk: not where all writes of the group can do without, and
+   then the next commit that waits brings theirs there too. */
+static int set_relaxed(struct store_writer *writer, const struct store_write *list)
+{
+    bool relaxed = true;
+    int status = STORE_OK;
+
+    for (const struct store_write *write = list; write; write = write->next) {
+        relaxed = relaxed && write->relaxed;
+    }
+    if (relaxed != writer->relaxed) {
+        status = execute(writer->db,
+                         relaxed ? "PRAGMA synchronous = NORMAL" : "PRAGMA synchronous = FULL");
+        writer->relaxed = status == STORE_OK ? relaxed : writer->relaxed;
+    }
+    return relaxed ? STORE_OK : status;
 }
 
 /* After a refusal, the transaction goes on without this write; after anything else it cannot be
@@ -58,7 +114,7 @@ static int run_write(struct store *store, struct store_write *write)
         write->status = store_room(store);
         return STORE_OK;
     }
-    status = execute(db, "SAVEPOINT one_write");
+    status = take_step(&store->writer, STORE_SAVEPOINT);
     if (status != STORE_OK) {
         return status;
     }
@@ -73,15 +129,14 @@ static int run_write(struct store *store, struct store_write *write)
         }
         status = execute(db, "ROLLBACK TO one_write");
     }
-    return status == STORE_OK ? execute(db, "RELEASE one_write") : status;
+    return status == STORE_OK ? take_step(&store->writer, STORE_RELEASE) : status;
 }
 
 /* Ends a transaction that has failed, unless SQLite has done so itself. */
 static void roll_back(struct store_writer *writer)
 {
     if (!sqlite3_get_autocommit(writer->db)) {
-        (void)sqlite3_step(writer->rollback);
-        (void)sqlite3_reset(writer->rollback);
+        (void)take_step(writer, STORE_ROLLBACK);
     }
 }
 
@@ -90,13 +145,14 @@ static void roll_back(struct store_writer *writer)
 static int run_group(struct store *store, struct store_write *list)
 {
     sqlite3 *db = store->writer.db;
-    int status = execute(db, "BEGIN IMMEDIATE");
+    int status = set_relaxed(&store->writer, list);
 
+    status = status ? status : take_step(&store->writer, STORE_BEGIN);
     for (struct store_write *write = list; write && status == STORE_OK; write = write->next) {
         status = run_write(store, write);
     }
     if (status == STORE_OK) {
-        status = execute(db, "COMMIT");
+        status = take_step(&store->writer, STORE_COMMIT);
     }
     if (status != STORE_OK) {
         roll_back(&store->writer);
@@ -294,11 +350,11 @@ int store_writer_start(struct store *store)
     struct store_writer *writer = &store->writer;
     pthread_condattr_t attributes;
 
-    if (sqlite3_prepare_v2(writer->db, "ROLLBACK", -1, &writer->rollback, NULL) != SQLITE_OK) {
+    if (prepare_steps(writer) != STORE_OK) {
         return STORE_NOMEM;
     }
     if (pthread_condattr_init(&attributes) != 0) {
-        sqlite3_finalize(writer->rollback);
+        finalize_all(writer);
         return STORE_NOMEM;
     }
     pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
@@ -308,7 +364,7 @@ int store_writer_start(struct store *store)
     sqlite3_wal_hook(writer->db, count_pages, writer);
     writer->started = pthread_create(&writer->thread, NULL, writer_main, store) == 0;
     if (!writer->started) {
-        sqlite3_finalize(writer->rollback);
+        finalize_all(writer);
         pthread_cond_destroy(&writer->wake);
         pthread_mutex_destroy(&writer->mutex);
         return STORE_NOMEM;
@@ -330,7 +386,7 @@ void store_writer_stop(struct store *store)
     pthread_join(writer->thread, NULL);
     pthread_cond_destroy(&writer->wake);
     pthread_mutex_destroy(&writer->mutex);
-    sqlite3_finalize(writer->rollback);
+    finalize_all(writer);
     writer->started = false;
 }
 
@@ -363,6 +419,15 @@ int store_write(struct store *store, int (*run)(struct store *, sqlite3 *, struc
                 void *argument)
 {
     struct store_write write = {.run = run, .argument = argument, .status = STORE_CLOSED};
+
+    return queue_and_wait(store, &write);
+}
+
+int store_write_relaxed(struct store *store,
+                        int (*run)(struct store *, sqlite3 *, struct store_write *), void *argument)
+{
+    struct store_write write = {
+        .run = run, .argument = argument, .relaxed = true, .status = STORE_CLOSED};
 
     return queue_and_wait(store, &write);
 }

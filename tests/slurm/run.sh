@@ -11,12 +11,13 @@
 # node is beyond a cable. Otherwise all is on loopback, and no cable is pulled.
 #
 #   SHAPES=FOLDER    meshes instead of those in tests/data/aal_subcortex, taken in turn from both ends of the sorted names
-#   MEMBERS=12       of the mean and the folds; the distances are those of the first six
+#   MEMBERS=12       of the mean, the folds and one matrix of distances; the other distances are those of the first six
 #   DEGREE=5         of the surfaces
 #   ITERATIONS=3     of the mean, at most
 #   KILLS=5          of pilots, at random, while means are computed, but never of the last; SEED draws them again
 #
 #   SHAPES=/data/ventricles MEMBERS=100 DEGREE=12 ITERATIONS=20 KILLS=100 make test-slurm
+#   SHAPES=/data/ventricles MEMBERS=100 DEGREE=2 ITERATIONS=2 KILLS=0 ONLY=equal make test-slurm    # what is computed, and no faults
 
 if [ -z "${OWN_NETWORK-}" ] && unshare --net true 2>/dev/null; then
     exec unshare --net env OWN_NETWORK=1 "$0" "$@"
@@ -33,6 +34,7 @@ KILLS=${KILLS:-5}
 SECONDS_EACH=$((180 + 10 * MEMBERS)) # that a job may take
 REQUEST_SECONDS=$SECONDS_EACH
 MEAN_NUMBERS='[.surface.id, .iterations, .distances] | tojson'
+MATRIX_NUMBERS='.matrix[]'
 FOLD_NUMBERS='.methods["srnf-nn"] | [.confusion, [.perSubject[] | [.predicted, .logLikelihoods]]] | tojson'
 if ! WHY=$("$CLUSTER" "$([ -n "${OWN_NETWORK-}" ] && echo far || echo up)" "$LAB" 3); then
     "$CLUSTER" down "$LAB"
@@ -72,6 +74,9 @@ finish() { # NAME NUMBERS; sets GOT
     note "$1: $(awk -v a="$BEGUN" -v b="$(date +%s.%N)" 'BEGIN { printf "%.1f s", b - a }')"
     get "/v1/jobs/$JOB/results"
     GOT="$JOB_STATUS $(json "$2")"
+    if [ "$2" = "$MATRIX_NUMBERS" ]; then # by its digest
+        GOT="$JOB_STATUS $(json "$2" | sha256sum | cut -d ' ' -f 1)"
+    fi
 }
 
 compute() { # PROCESS INPUTS NUMBERS; sets GOT
@@ -158,6 +163,10 @@ SURFACES=$(jq -c '.[:6]' <<<"$MEMBER_IDS")
 execute distances "{\"surfaces\":$SURFACES,\"handedness\":\"ignore\"}" --header "Prefer: wait=$SECONDS_EACH"
 LOCAL=$(json '.matrix | tojson')
 like "$LOCAL" '^\[\[0,0\.[0-9]' 'distances, computed here'
+MATRIX="{\"surfaces\":$MEMBER_IDS,\"handedness\":\"ignore\"}"
+compute distances "$MATRIX" "$MATRIX_NUMBERS"
+LOCAL_MATRIX=$GOT
+like "$LOCAL_MATRIX" '^successful [0-9a-f]{64}$' "distances of $MEMBERS"
 MEAN="{\"surfaces\":$MEMBER_IDS,\"maxIterations\":${ITERATIONS:-3}}"
 compute mean "$MEAN" "$MEAN_NUMBERS"
 LOCAL_MEAN=$GOT
@@ -203,6 +212,10 @@ for i in 0 1; do
 done
 begin 0,1,2,3,5,4
 ends_as_local 'two workers compute the same distances'
+compute distances "$MATRIX" "$MATRIX_NUMBERS"
+is "$GOT" "$LOCAL_MATRIX" "those of $MEMBERS, too"
+get "/v1/jobs/$JOB"
+is "$(json '[.executors[].tasks] | add')" "$((MEMBERS * (MEMBERS - 1) / 2))" 'and the job says where each was computed'
 compute mean "$MEAN" "$MEAN_NUMBERS"
 is "$GOT" "$LOCAL_MEAN" 'the same mean'
 compute classify "$FOLDS" "$FOLD_NUMBERS"
@@ -231,6 +244,9 @@ ends_as_local 'a cluster computes the same distances'
 await '^$' queue
 is "$GOT" '' 'and no pilot is left'
 is "$(tasks_counted pairs)" 15 'each task was done once'
+compute distances "$MATRIX" "$MATRIX_NUMBERS"
+is "$GOT" "$LOCAL_MATRIX" "those of $MEMBERS, too"
+is "$(tasks_counted pairs)" "$((15 + MEMBERS * (MEMBERS - 1) / 2))" 'each of these, too'
 compute mean "$MEAN" "$MEAN_NUMBERS"
 is "$GOT" "$LOCAL_MEAN" 'the same mean'
 SEARCHES=$(tasks_counted searches) # of a mean
@@ -239,6 +255,14 @@ compute classify "$FOLDS" "$FOLD_NUMBERS"
 is "$GOT" "$LOCAL_FOLDS" 'and the same folds'
 compare "$(tasks_counted searches)" '>' "$SEARCHES" 'by tasks'
 is "$(told pilots-did-nothing)" 0 'no pilot was for nothing'
+
+if [ "${ONLY-}" = equal ]; then
+    stop_server || not_ok 'it drains'
+    await '^$' queue
+    is "$GOT" '' 'and no pilot is left'
+    done_testing
+    exit
+fi
 
 # ---- kill -9 -----------------------------------------------------------------------------------------------
 
