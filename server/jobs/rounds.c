@@ -115,6 +115,9 @@ static void lose(struct jobs_run *run, struct jobs_open_round *round, size_t ind
     if (clock_now() - slot->since > limit) {
         (void)snprintf(reason, sizeof reason, "attempt %lld: no result of %s in %.0f s",
                        (long long)attempt, worker, limit);
+    } else if (slot->expires <= 0.0) {
+        (void)snprintf(reason, sizeof reason, "attempt %lld: %s gets no more tasks",
+                       (long long)attempt, worker);
     } else {
         (void)snprintf(reason, sizeof reason, "attempt %lld: no sign of %s", (long long)attempt,
                        worker);

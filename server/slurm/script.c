@@ -172,15 +172,13 @@ const char *slurm_arguments_problem(const char *text)
                                       "--export", "--wait",     "--test-only"};
 
     for (const char *at = text + strspn(text, " \t"); *at; at += strspn(at, " \t")) {
-        size_t length = strcspn(at, " \t");
+        size_t length = strcspn(at, " \t"), name = strcspn(at, " \t=");
 
         if (length < 4 || strncmp(at, "--", 2) != 0) {
             return "each of them must be as in --option or --option=value";
         }
         for (size_t i = 0; i < sizeof own / sizeof own[0]; i++) {
-            size_t n = strlen(own[i]);
-
-            if (length >= n && strncmp(at, own[i], n) == 0 && (length == n || at[n] == '=')) {
+            if (strncmp(at, own[i], name) == 0) { /* sbatch takes the beginning of a name for it */
                 return "--array, --job-name, --wrap, --parsable, --export, --wait and --test-only "
                        "are the service's";
             }

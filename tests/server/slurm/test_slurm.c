@@ -324,9 +324,19 @@ static void one_certificate_goes_along(void **state)
 
 static void arguments_that_would_break_it_are_refused(void **state)
 {
-    static const char *const bad[] = {
-        "-p x",         "x",      "--",        "--array=2", "--exclusive --wrap=id", "--job-name=x",
-        "--export=ALL", "--wait", "--parsable"};
+    static const char *const bad[] = {"-p x",
+                                      "x",
+                                      "--",
+                                      "--array=2",
+                                      "--exclusive --wrap=id",
+                                      "--job-name=x",
+                                      "--export=ALL",
+                                      "--wait",
+                                      "--parsable",
+                                      "--arr=2",
+                                      "--jo=x",
+                                      "--exp=ALL",
+                                      "--pars"};
 
     (void)state;
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
