@@ -94,9 +94,10 @@ struct srnf_context {
     void (*keep)(void *user, uint64_t series, uint64_t index, size_t count, const double *values);
     /* Registers surfaces to a field where the caller has other machines for it: calls search->take
        once for each, on the calling thread and in any order, with what
-       srnf_register_to_field_landmarks finds of it. Asked by srnf_karcher_mean and srnf_folds_compare, never inside parallel_for. Returns
-       SRNF_OK; SRNF_SEARCH_HERE, before it took any; SRNF_ECANCELED, also where the caller has
-       failed in its own way; what take has returned. NULL: as SRNF_SEARCH_HERE. */
+       srnf_register_to_field_landmarks finds of it. Asked by srnf_karcher_mean and
+       srnf_folds_compare, never inside parallel_for. Returns SRNF_OK; SRNF_SEARCH_HERE, before it
+       took any; SRNF_ECANCELED, also where the caller has failed in its own way; what take has
+       returned. NULL: as SRNF_SEARCH_HERE. */
     int (*search)(void *user, const struct srnf_field_search *search, struct srnf_error *error);
 };
 

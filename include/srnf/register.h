@@ -186,9 +186,9 @@ struct srnf_field_search {
     /* Takes what was found of surface i; the links of warp become its own. SRNF_OK, or an error
        that ends the search. */
     int (*take)(void *argument, size_t i, const double rotation[9], struct srnf_warp *warp);
-    /* The landmarks that guide surface i, all of as many, with the same fixed points and weight; NULL:
-       none do. Where there are some, take may have no warp of a surface that cannot meet them: then
-       unmet is called with the reason instead (SRNF_EUNMATCHED), as take otherwise. */
+    /* The landmarks that guide surface i, all of as many, with the same fixed points and weight;
+       NULL: none do. Where there are some, a surface may be unable to meet its own: then unmet is
+       called with the reason (SRNF_EUNMATCHED) instead of take. */
     void (*landmarks)(void *argument, size_t i, struct srnf_landmarks *landmarks);
     int (*unmet)(void *argument, size_t i, const struct srnf_error *why);
     void *argument;

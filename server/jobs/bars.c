@@ -1,5 +1,5 @@
 /*
- * bars.c - what gets no tasks since a result of it was false, and how many tasks one token may hold.
+ * bars.c - who gets no tasks since a result was false, and how many tasks one token may hold.
  *
  * A name costs a worker nothing, so a bar holds for what is behind it: every worker on that host
  * with that token, the pilots of all jobs being one token, the service's own. A host is what a
@@ -129,7 +129,7 @@ bool jobs_bars_lift(struct jobs *jobs, int64_t number)
 
 /* ---- Credit ---------------------------------------------------------------------------------- */
 
-/* That of the token, one that has none yet taking the place of the one that was idle for longest. */
+/* That of the token; one without takes the place of the one that was idle for longest. */
 static struct jobs_credit *credit_of(struct jobs_remotes *remotes, const char *token)
 {
     struct jobs_credit *credit = &remotes->credits[0];

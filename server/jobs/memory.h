@@ -50,9 +50,9 @@ bool jobs_memory_charge(struct jobs_memory *memory, size_t bytes);
 void jobs_memory_discharge(struct jobs_memory *memory, size_t bytes);
 /* The same for what can do without, of an account with no parent: no room is no refusal. */
 bool jobs_memory_fits(struct jobs_memory *memory, size_t bytes);
-/* Sets aside what the account has room for, `most` bytes of it at most, as the limit of another one,
-   which is all that the bytes may be used by until they are returned: to be refused there is no
-   refusal here. What the other one has used does not count as the peak of this. */
+/* Sets aside what the account has room for, `most` bytes of it at most, as the limit of another
+   one, until it is returned. That this refuses is no refusal of the account, and what it had in use
+   does not count as the peak of the account. */
 void jobs_memory_lend(struct jobs_memory *memory, size_t most, struct jobs_memory *other);
 void jobs_memory_return(struct jobs_memory *memory, const struct jobs_memory *other);
 /* Whether what uses the account is to stop, and notes that it was said (NULL: never). */

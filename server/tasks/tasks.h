@@ -82,8 +82,8 @@ void tasks_pairs_distances(const void *result, size_t n_pairs, double *distances
 
 #define TASKS_SEARCHES "searches"
 
-/* What is asked for: srnf_register_to_field_landmarks of each surface, on a Gauss-Legendre grid. The
-   first content is the field, double[3][n_theta][n_phi], the others are surfaces,
+/* What is asked for: srnf_register_to_field_landmarks of each surface, on a Gauss-Legendre grid.
+   The first content is the field, double[3][n_theta][n_phi], the others are surfaces,
    double[3][(degree+1)^2]. */
 struct tasks_searches {
     size_t degree, n_theta, n_phi;

@@ -77,6 +77,25 @@ static int run_search(void)
     return status;
 }
 
+static int run_guided_search(void)
+{
+    static const double points[4][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-0.6, -0.8, 0}};
+    const struct srnf_landmarks landmarks = {4, points[0], points[0], 0.5};
+    struct srnf_warp warp;
+    struct srnf_error error = {0};
+    double rotation[9];
+    int status = srnf_register_to_field_landmarks(a.sht, a.q, 0.0, moving, options, &landmarks,
+                                                  NULL, rotation, &warp, &error);
+
+    assert_true(status <= SRNF_OK);
+    if (status < 0) {
+        assert_null(warp.links);
+        assert_int_equal(error.status, status);
+    }
+    srnf_warp_clear(&warp);
+    return status;
+}
+
 static void survives_refusals(void **state)
 {
     struct shapes_surface b;
@@ -106,6 +125,8 @@ static void survives_refusals(void **state)
     options = &subjects[1].options;
     refusing_sweep("to a field", run_search, TRIED / 2,
                    refusing_count("to a field", run_search) / TRIED + 1);
+    refusing_sweep("guided to a field", run_guided_search, TRIED / 2,
+                   refusing_count("guided to a field", run_guided_search) / TRIED + 1);
     srnf_warp_clear(&warp);
     srnf_free(warped);
     shapes_close(&a);
