@@ -2,10 +2,12 @@
  * climb.c - fields of rising degree on the full grid, by tables, until nothing is left to gain.
  *
  * Between the fields of a basin and those of the full degree the warp is fixed and steps are taken
- * in the template's domain (tabulated_pull.c): gamma <- gamma o delta.
+ * in the template's domain (tabulated_pull.c): gamma <- gamma o delta. They are taken from coarser
+ * tables, and delta is fitted by one step, or followed again.
  *
- * The points of the nodes are carried from step to step by splines of eight nodes, whose errors (a
- * few 1e-9 after all steps) the objective keeps; it is measured with the moving field as it is.
+ * The points of the nodes are carried from step to step by splines of six nodes, and where a chain
+ * is followed of eight, whose errors (some 1e-8 after all steps) the objective keeps; it is measured
+ * with the moving field as it is.
  */
 #include "landmarks.h"
 #include "tournament.h"
@@ -14,8 +16,8 @@
 #include <string.h>
 
 #define BASIN_DEGREE ((size_t)8) /* of the fields whose steps come before those of delta */
-#define PULLED_DECREASE 1e-3
-#define REFIT_DEGREE ((size_t)20) /* of the step that stands for all before those that follow */
+#define PULLED_DECREASE 3e-3
+#define REFIT_DEGREE ((size_t)20) /* of the step that stands for delta */
 #define REFIT_WORSE 2e-3
 #define ROUND_GAIN 5e-3         /* part of the objective: below it there is no further round */
 #define STEPS_MAX ((size_t)120) /* of a degree; common poses may need 100 to come to rest */
@@ -24,7 +26,7 @@
 static const struct {
     size_t degree;
     double decrease;
-} ladder[] = {{4, 1e-2}, {8, 3e-3}, {12, 3e-4}, {16, 1e-3}, {24, 1e-3}, {32, 1e-3}};
+} ladder[] = {{4, 1e-2}, {8, 3e-3}, {12, 1e-3}, {16, 1e-3}, {24, 1e-3}, {32, 1e-3}};
 #define RUNGS (sizeof ladder / sizeof ladder[0])
 
 struct climb {
@@ -112,8 +114,10 @@ static int open_level(const struct climb *c, size_t degree, struct tabulated_lev
     return status;
 }
 
-static int climb_rung(struct climb *c, size_t degree, double decrease, struct srnf_warp *chain,
-                      struct search_result *result)
+static const struct field_table step_table = {6, 3.5}, pulled_table = {4, 3.25};
+
+static int climb_rung(struct climb *c, const struct field_table *table, size_t degree,
+                      double decrease, struct srnf_warp *chain, struct search_result *result)
 {
     const struct srnf_register_options *options = c->search->options;
     struct schedule schedule = {options->max_steps ? options->max_steps : STEPS_MAX, decrease};
@@ -122,7 +126,8 @@ static int climb_rung(struct climb *c, size_t degree, double decrease, struct sr
     struct tabulated_optimizer o = {&c->problem,        &fields, &level, &c->spare,
                                     c->search->context, NULL};
     struct landmark_track track = {.landmarks = NULL};
-    int status = tabulated_fields_create(&fields, degree, FOLLOW_ORDER, follow_rows(degree));
+    int status =
+        tabulated_fields_create(&fields, degree, table->order, field_table_rows(table, degree));
 
     if (status == SRNF_OK && c->search->landmarks) {
         status = landmark_track_create(&track, &c->search->landmarks->pairs, chain, degree,
@@ -159,7 +164,8 @@ static int climb_rungs(struct climb *c, size_t from, size_t most, struct search_
         size_t degree = ladder[k].degree < most ? ladder[k].degree : most;
 
         if (degree > from && (degree == most || has_room(c, degree))) {
-            status = climb_rung(c, degree, ladder[k].decrease, &result->warp.chain, result);
+            status =
+                climb_rung(c, &step_table, degree, ladder[k].decrease, &result->warp.chain, result);
         }
         if (k + 1 == RUNGS || ladder[k].degree >= most) {
             break;
@@ -192,21 +198,25 @@ static bool is_forward(const struct srnf_warp *chain)
 /* From the points of delta, which the cloud holds, to those of gamma o delta. */
 static int push(struct climb *c, const struct srnf_warp *chain)
 {
-    int status = cloud_follow(&c->cloud, chain, c->search->context);
+    int status = cloud_follow(&c->cloud, chain, &follow_table, c->search->context);
 
     measure(c, &c->search->subject->full);
     return status;
 }
 
-/* chain <- delta, then the chain; where that begins with the identity, as in a common pose, it
-   still does. */
+/* chain <- delta, then the chain; both begin with the identity, or delta alone, which is left out
+   then. */
 static int join(struct srnf_warp *chain, const struct srnf_warp *delta)
 {
     size_t kept = warp_is_still(chain);
     struct srnf_warp joined = {0};
     int status = kept ? warp_append(&joined, SRNF_WARP_ROTATION, 0, identity) : SRNF_OK;
 
-    status = status ? status : srnf_warp_join(delta, &joined);
+    for (size_t k = 1; k < delta->n_links && status == SRNF_OK; k++) {
+        const struct srnf_warp_link *link = &delta->links[k];
+
+        status = warp_append(&joined, link->kind, link->degree, link->values);
+    }
     for (size_t k = kept; k < chain->n_links && status == SRNF_OK; k++) {
         const struct srnf_warp_link *link = &chain->links[k];
 
@@ -221,19 +231,38 @@ static int join(struct srnf_warp *chain, const struct srnf_warp *delta)
     return SRNF_OK;
 }
 
+/* The cloud at the points of delta as its chain has them: of one step, if that is as good. */
+static int settle(struct climb *c, struct srnf_warp *delta)
+{
+    const struct search *s = c->search;
+    size_t steps = delta->n_links;
+    int status = SRNF_OK;
+
+    if (search_refits(s)) {
+        status = warp_refit(&c->problem, &s->nodes, REFIT_DEGREE, REFIT_WORSE, &c->cloud, &c->spare,
+                            delta);
+    }
+    if (status == SRNF_OK && delta->n_links == steps) {
+        cloud_rotate(&c->cloud, &c->target, identity);
+        status = cloud_follow(&c->cloud, delta, &follow_table, s->context);
+    }
+    return status;
+}
+
 /* delta from the identity by steps of the pulled surface, and the cloud to gamma o delta. *before:
    the objective of gamma. */
 static int find_delta(struct climb *c, const struct tabulated_moving *pulled, const double *matrix,
                       struct srnf_warp *delta, double *before, struct search_result *result)
 {
-    int status;
+    int status = warp_append(delta, SRNF_WARP_ROTATION, 0, identity);
 
     cloud_rotate(&c->cloud, &c->target, identity);
     measure(c, pulled);
     *before = c->cloud.objective;
     c->matrix = matrix;
-    status = climb_rung(c, c->top, PULLED_DECREASE, delta, result);
+    status = status ? status : climb_rung(c, &pulled_table, c->top, PULLED_DECREASE, delta, result);
     c->matrix = c->search->subject->matrix;
+    status = status ? status : settle(c, delta);
     return status ? status : push(c, &result->warp.chain);
 }
 
@@ -259,9 +288,6 @@ static int climb_pulled(struct climb *c, struct search_result *result)
         status = push(c, chain);
     } else if (status == SRNF_OK) {
         status = join(chain, &delta);
-        status = status || !search_refits(s) ? status
-                                             : warp_refit(&c->problem, &s->nodes, REFIT_DEGREE,
-                                                          REFIT_WORSE, &c->cloud, &c->spare, chain);
     }
     srnf_warp_clear(&delta);
     tabulated_moving_clear(&pulled);

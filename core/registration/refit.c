@@ -13,7 +13,10 @@
  * taken only where the objective hardly rises, and where no area shrinks below what is safe between
  * the nodes.
  *
- * Cost: one transposed gradient transform, one table of a field, and a move of the points.
+ * Where a long chain goes too far for one step, each half of its links is fitted by itself.
+ *
+ * Cost: one transposed gradient transform, one table of a field, and a move of the points; of
+ * halves, twice as much, and once more along the chain.
  */
 #include "tournament.h"
 
@@ -22,7 +25,10 @@
 
 #define FAR_COSINE (-0.5) /* a node that goes further from its rotated place: no fit */
 #define DEGREE_ABOVE ((size_t)8)
-#define LEAST_JACOBIAN 0.1 /* of the step at the nodes */
+#define LEAST_JACOBIAN 0.1        /* of the step at the nodes */
+#define LINKS_HALVED ((size_t)12) /* at least: of a chain whose halves are fitted */
+/* Along a chain, to where it is fitted. */
+static const struct field_table rough_table = {4, 3.5};
 
 static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
@@ -125,40 +131,110 @@ static void find_potentials(const struct refit *r)
     }
 }
 
-/* R exp(v) at the nodes; the least Jacobian of v's step. */
-static int place(const struct refit *r, const struct tabulated_target *t, const double rotation[9],
-                 struct cloud *to, double *least)
+/* A chain of a common pose begins with the identity. */
+static int begin_fit(bool still, struct srnf_warp *fit)
+{
+    return still ? warp_append(fit, SRNF_WARP_ROTATION, 0, identity) : SRNF_OK;
+}
+
+static int append_fit(const struct refit *r, const double rotation[9], bool still,
+                      struct srnf_warp *fit)
+{
+    int status = warp_append(fit, SRNF_WARP_EXP, r->degree, r->potentials);
+
+    return status || still ? status : warp_append(fit, SRNF_WARP_ROTATION, 0, rotation);
+}
+
+/* R exp(v) = gamma in potentials of v; false where a point goes too far. */
+static bool find_fit(const struct refit *r, const struct tabulated_target *target, bool still,
+                     const struct cloud *cloud, double rotation[9])
+{
+    memcpy(rotation, identity, sizeof identity);
+    if (!still) {
+        nearest_rotation(target, cloud, rotation);
+    }
+    if (!take_logarithm(r, target, cloud, rotation)) {
+        return false;
+    }
+    find_potentials(r);
+    return true;
+}
+
+/* The fits of a chain's parts, appended to *fit: each from the identity. A chain of a common pose
+   has no rotation but the identity that it begins with. */
+static int fit_parts(const struct refit *r, const struct tabulated_problem *problem,
+                     const struct srnf_warp *chain, struct cloud *spare, struct srnf_warp *fit,
+                     bool *fits)
+{
+    bool still = warp_is_still(chain);
+    size_t half = chain->n_links / 2;
+    int status = SRNF_OK;
+
+    *fits = true;
+    for (size_t part = 0; part < 2 && *fits && status == SRNF_OK; part++) {
+        const struct srnf_warp links = {.links = chain->links + (part ? half : 0),
+                                        .n_links = part ? chain->n_links - half : half};
+        double rotation[9];
+
+        cloud_rotate(spare, problem->target, identity);
+        status = cloud_follow(spare, &links, &rough_table, NULL);
+        *fits = status == SRNF_OK && find_fit(r, problem->target, still, spare, rotation);
+        if (*fits) {
+            status = append_fit(r, rotation, still, fit);
+        }
+    }
+    return status;
+}
+
+/* The cloud at the points of a fit, and measured; the least Jacobian of its steps. */
+static int place(const struct refit *r, const struct tabulated_problem *problem,
+                 const struct srnf_warp *fit, struct cloud *to, double *least)
 {
     struct tabulated_fields fields = {0};
-    int status = tabulated_fields_create(&fields, r->degree, FOLLOW_ORDER, follow_rows(r->degree));
+    int status = tabulated_fields_create(&fields, r->degree, follow_table.order,
+                                         field_table_rows(&follow_table, r->degree));
 
     if (status) {
         return status;
     }
-    cloud_rotate(to, t, identity);
-    tabulated_fields_fill(&fields, r->potentials);
-    *least = cloud_move(&fields.table, to, to);
-    cloud_turn(to, rotation);
+    *least = INFINITY;
+    cloud_rotate(to, problem->target, identity);
+    for (size_t k = 0; k < fit->n_links; k++) {
+        if (fit->links[k].kind == SRNF_WARP_ROTATION) {
+            cloud_turn(to, fit->links[k].values);
+        } else {
+            tabulated_fields_fill(&fields, fit->links[k].values);
+            *least = fmin(*least, cloud_move(&fields.table, to, to));
+        }
+    }
     tabulated_fields_clear(&fields);
+    if (*least >= LEAST_JACOBIAN) {
+        cloud_evaluate(problem->moving, to);
+        cloud_measure(problem, to);
+    }
     return SRNF_OK;
 }
 
-/* A chain of a common pose begins with the identity, as before. */
-static int replace(const struct refit *r, const double rotation[9], struct srnf_warp *chain)
+/* The fit instead of the chain, if it is as good. */
+static int take(const struct refit *r, const struct tabulated_problem *problem, double worse,
+                struct cloud *cloud, struct cloud *spare, struct srnf_warp *fit,
+                struct srnf_warp *chain, bool *taken)
 {
-    bool still = warp_is_still(chain);
-    struct srnf_warp fit = {0};
-    int status = still ? warp_append(&fit, SRNF_WARP_ROTATION, 0, identity) : SRNF_OK;
+    double least;
+    int status = place(r, problem, fit, spare, &least);
 
-    status = status ? status : warp_append(&fit, SRNF_WARP_EXP, r->degree, r->potentials);
-    status = status || still ? status : warp_append(&fit, SRNF_WARP_ROTATION, 0, rotation);
-    if (status) {
-        srnf_warp_clear(&fit);
-        return status;
+    *taken = status == SRNF_OK && least >= LEAST_JACOBIAN &&
+             spare->objective <= (1.0 + worse) * cloud->objective;
+    if (*taken) {
+        struct srnf_warp replaced = *chain;
+        struct cloud kept = *cloud;
+
+        *chain = *fit;
+        *fit = replaced;
+        *cloud = *spare;
+        *spare = kept;
     }
-    srnf_warp_clear(chain);
-    *chain = fit;
-    return SRNF_OK;
+    return status;
 }
 
 bool search_refits(const struct search *search)
@@ -172,34 +248,53 @@ bool warp_is_still(const struct srnf_warp *chain)
            memcmp(chain->links[0].values, identity, sizeof identity) == 0;
 }
 
+static int refit_whole(const struct refit *r, const struct tabulated_problem *problem, double worse,
+                       struct cloud *cloud, struct cloud *spare, struct srnf_warp *chain,
+                       bool *taken)
+{
+    bool still = warp_is_still(chain);
+    struct srnf_warp fit = {0};
+    double rotation[9];
+    int status;
+
+    if (!find_fit(r, problem->target, still, cloud, rotation)) {
+        return SRNF_OK;
+    }
+    status = begin_fit(still, &fit);
+    status = status ? status : append_fit(r, rotation, still, &fit);
+    status = status ? status : take(r, problem, worse, cloud, spare, &fit, chain, taken);
+    srnf_warp_clear(&fit);
+    return status;
+}
+
+static int refit_halves(const struct refit *r, const struct tabulated_problem *problem,
+                        double worse, struct cloud *cloud, struct cloud *spare,
+                        struct srnf_warp *chain, bool *taken)
+{
+    struct srnf_warp fit = {0};
+    bool fits;
+    int status = begin_fit(warp_is_still(chain), &fit);
+
+    status = status ? status : fit_parts(r, problem, chain, spare, &fit, &fits);
+    if (status == SRNF_OK && fits) {
+        status = take(r, problem, worse, cloud, spare, &fit, chain, taken);
+    }
+    srnf_warp_clear(&fit);
+    return status;
+}
+
 int warp_refit(const struct tabulated_problem *problem, const struct nodes_of *grid, size_t degree,
                double worse, struct cloud *cloud, struct cloud *spare, struct srnf_warp *chain)
 {
-    double rotation[9];
     struct refit r;
-    double least = 0.0;
+    bool taken = false;
     int status = open_refit(&r, grid, degree);
 
-    memcpy(rotation, identity, sizeof identity);
-    if (status == SRNF_OK && !warp_is_still(chain)) {
-        nearest_rotation(problem->target, cloud, rotation);
+    if (status == SRNF_OK) {
+        status = refit_whole(&r, problem, worse, cloud, spare, chain, &taken);
     }
-    if (status == SRNF_OK && take_logarithm(&r, problem->target, cloud, rotation)) {
-        find_potentials(&r);
-        status = place(&r, problem->target, rotation, spare, &least);
-    }
-    if (status == SRNF_OK && least >= LEAST_JACOBIAN) {
-        cloud_evaluate(problem->moving, spare);
-        cloud_measure(problem, spare);
-        if (spare->objective <= (1.0 + worse) * cloud->objective) {
-            status = replace(&r, rotation, chain);
-            if (status == SRNF_OK) {
-                struct cloud kept = *cloud;
-
-                *cloud = *spare;
-                *spare = kept;
-            }
-        }
+    if (status == SRNF_OK && !taken && chain->n_links >= LINKS_HALVED) {
+        status = refit_halves(&r, problem, worse, cloud, spare, chain, &taken);
     }
     close_refit(&r);
     return status;

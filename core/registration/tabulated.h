@@ -76,13 +76,16 @@ void cloud_turn(struct cloud *cloud, const double rotation[9]);
 
 /* Arrays of a cloud of n points, in CLOUD_ARRAYS n doubles. */
 void cloud_place(struct cloud *cloud, size_t n, double *memory);
-/* Moves the points along a chain of rotations and steps, and multiplies their Jacobians, by splines
-   of eight nodes: to some 1e-10 a step. */
+/* Tables of step fields: nodes of the spline, and rows a degree. */
+struct field_table {
+    size_t order;
+    double fineness;
+};
+size_t field_table_rows(const struct field_table *table, size_t degree);
+extern const struct field_table follow_table; /* points to some 1e-10 a step */
+/* Moves the points along a chain of rotations and steps, and multiplies their Jacobians. */
 SRNF_CHECKED int cloud_follow(struct cloud *cloud, const struct srnf_warp *chain,
-                              const struct srnf_context *context);
-/* The tables of fields that do so. */
-#define FOLLOW_ORDER ((size_t)8)
-size_t follow_rows(size_t degree);
+                              const struct field_table *table, const struct srnf_context *context);
 
 /* moving_evaluate, from a table. */
 void tabulated_sample(const struct tabulated_moving *moving, const double *points,
@@ -151,6 +154,7 @@ struct tabulated_level {
     double *factors; /* [slots][unknowns][unknowns] */
     double scale;    /* damping is lambda times scale times eigen */
     size_t slots, clock;
+    long last; /* rung */
     long key[LEVEL_SLOTS_MAX];
     size_t used[LEVEL_SLOTS_MAX]; /* when; 0: never */
     bool regular[LEVEL_SLOTS_MAX];
@@ -162,9 +166,33 @@ SRNF_CHECKED int tabulated_level_create(struct tabulated_level *level, size_t de
                                         double displacement, bool free_rotation);
 void tabulated_level_clear(struct tabulated_level *level);
 /* step <- (matrix + s diag eigen)^-1 rhs for the rung nearest to lambda and the curvature of the
-   Jacobian penalty; *expected: the gain that the model promises. False: there is no factor. */
+   Jacobian penalty, or for the last one that was asked for, where that is near; *expected: the gain that the model promises. False: there is no factor. */
 bool tabulated_level_solve(struct tabulated_level *level, double lambda, double curvature,
                            const double *rhs, double *step, double *expected);
+
+/* ---- What earlier steps tell (secant.c) ------------------------------------------------------ */
+
+#define SECANT_PAIRS ((size_t)5)
+struct secant_pair {
+    double *step, *change; /* of the right-hand side by it */
+    double product, share;
+};
+struct secant {
+    size_t n, count;
+    double *memory;
+    struct secant_pair pairs[SECANT_PAIRS];
+};
+/* Of so many unknowns; empty. */
+SRNF_CHECKED int secant_create(struct secant *secant, size_t n);
+void secant_clear(struct secant *secant);
+void secant_forget(struct secant *secant);
+/* A step, and the right-hand sides before and after it; nothing where the objective is not convex
+   along it. */
+void secant_add(struct secant *secant, const double *step, const double *before,
+                const double *after);
+/* In place, before and after the matrix is solved. */
+void secant_before(struct secant *secant, double *rhs);
+void secant_after(const struct secant *secant, double *step);
 
 /* ---- Optimization (tabulated_optimize.c) ----------------------------------------------------- */
 

@@ -4,16 +4,19 @@
  * Damping and the curvature of the Jacobian penalty both add a multiple s of l (l + 1) to the
  * diagonal. The matrix does not depend on gamma, so that one factor serves every step of every
  * entrant whose s rounds to the same rung. The trust that a step deserves is known to a factor of
- * three at best; rounding s to a rung costs nothing.
+ * three at best; rounding s to a rung costs nothing, and neither does staying where s was before
+ * until it is a few rungs away.
  */
 #include "tabulated.h"
 
 #include <cblas.h>
 #include <lapacke.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define RUNG 1.25
+#define STAY 4L                         /* rungs */
 #define FACTORS_BYTES ((size_t)6 << 20) /* that factors of one degree may take, one at least */
 
 /* The displacement penalty is diagonal: matrix.c. */
@@ -104,10 +107,12 @@ bool tabulated_level_solve(struct tabulated_level *level, double lambda, double 
 {
     size_t n = level->unknowns;
     long key = lrint(log(lambda * level->scale + curvature) / log(RUNG));
-    size_t slot = find_slot(level, key);
-    double damping = pow(RUNG, (double)key) - curvature;
+    bool stays = level->clock > 0 && labs(key - level->last) <= STAY;
+    size_t slot = find_slot(level, stays ? level->last : key);
+    double damping = pow(RUNG, (double)level->key[slot]) - curvature;
     const double *factor = level->factors + slot * n * n;
 
+    level->last = level->key[slot];
     level->used[slot] = ++level->clock;
     if (!level->regular[slot]) {
         return false;

@@ -2,9 +2,10 @@
  * tabulated_optimize.c - Levenberg-Marquardt over left steps, from tables.
  *
  * The rules are those of optimize.c: a step is accepted if the objective falls and its Jacobian is
- * at least one half at the nodes; damping shrinks by the gain ratio and grows on refusal. Nothing
- * is allocated but the links of the chain. Landmarks correct each step (landmarks.h), and what they
- * cost is added to the objective.
+ * at least one half at the nodes; damping shrinks by the gain ratio and grows on refusal. The last
+ * steps correct the matrix (secant.c), until one is refused. Nothing is allocated in the loop but
+ * the links of the chain. Landmarks correct each step (landmarks.h), and what they cost is added to
+ * the objective; what steps teach is left out then.
  */
 #include "tabulated.h"
 #include "landmarks.h"
@@ -22,7 +23,24 @@
 
 struct vectors {
     double *rhs, *step, *potentials;
+    double *last, *work; /* the right-hand side of the step before */
+    struct secant secant;
 };
+
+static int open_vectors(struct vectors *v, const struct tabulated_optimizer *o)
+{
+    size_t k = registration_unknowns(o->fields->degree);
+    double *memory = srnf_alloc(5 * k, sizeof(double));
+
+    *v = (struct vectors){memory, memory + k, memory + 2 * k, memory + 3 * k, memory + 4 * k, {0}};
+    return memory ? secant_create(&v->secant, o->level->unknowns) : SRNF_ENOMEM;
+}
+
+static void close_vectors(struct vectors *v)
+{
+    srnf_free(v->rhs);
+    secant_clear(&v->secant);
+}
 
 /* The level at one damping, for the landmarks. */
 struct damped {
@@ -38,13 +56,30 @@ static bool solve_damped(void *system, const double *rhs, double *out)
     return tabulated_level_solve(d->level, d->lambda, d->curvature, rhs, out, &ignored);
 }
 
+/* The step of one damping that earlier steps correct. */
+static bool solve_corrected(const struct tabulated_optimizer *o, double lambda, double curvature,
+                            struct vectors *v, double *expected)
+{
+    memcpy(v->work, v->rhs, o->level->unknowns * sizeof *v->work);
+    secant_before(&v->secant, v->work);
+    if (!tabulated_level_solve(o->level, lambda, curvature, v->work, v->step, expected)) {
+        return false;
+    }
+    secant_after(&v->secant, v->step);
+    *expected = linear_dot(o->level->unknowns, v->rhs, v->step);
+    return true;
+}
+
 /* The step of one damping, and the gain that is expected of it. */
 static bool solve(const struct tabulated_optimizer *o, double lambda, double curvature,
-                  const struct vectors *v, double *expected)
+                  struct vectors *v, double *expected)
 {
     struct damped system = {o->level, lambda, curvature};
     double promise;
 
+    if (v->secant.count > 0) {
+        return solve_corrected(o, lambda, curvature, v, expected);
+    }
     if (!tabulated_level_solve(o->level, lambda, curvature, v->rhs, v->step, expected)) {
         return false;
     }
@@ -58,20 +93,32 @@ static bool solve(const struct tabulated_optimizer *o, double lambda, double cur
     return true;
 }
 
-/* One accepted step, or none: *gain is what it lowered the objective by. */
-static int advance(const struct tabulated_optimizer *o, const struct vectors *v,
-                   struct cloud *cloud, struct srnf_warp *chain, double *lambda, double *gain)
+/* The right-hand side where the cloud is. Returns the curvature of the Jacobian penalty. */
+static double linearize(const struct tabulated_optimizer *o, const struct cloud *cloud, bool first,
+                        struct vectors *v)
 {
-    double before = cloud->objective + (o->track ? landmark_track_cost(o->track) : 0.0);
     double torque[3];
     double curvature = cloud_load(o->problem, cloud, &o->fields->table, torque);
 
-    *gain = 0.0;
+    memcpy(v->last, v->rhs, o->level->unknowns * sizeof *v->last);
     tabulated_fields_transpose(o->fields, torque, v->rhs);
     if (o->track) {
         landmark_track_linearize(o->track);
+    } else if (!first) {
+        secant_add(&v->secant, v->step, v->last, v->rhs);
     }
-    for (; *lambda <= LAMBDA_MAX; *lambda *= 6.0) {
+    return curvature;
+}
+
+/* One accepted step, or none: *gain is what it lowered the objective by. */
+static int advance(const struct tabulated_optimizer *o, bool first, struct vectors *v,
+                   struct cloud *cloud, struct srnf_warp *chain, double *lambda, double *gain)
+{
+    double before = cloud->objective + (o->track ? landmark_track_cost(o->track) : 0.0);
+    double curvature = linearize(o, cloud, first, v);
+
+    *gain = 0.0;
+    for (; *lambda <= LAMBDA_MAX; *lambda *= 6.0, secant_forget(&v->secant)) {
         double expected;
         double after;
         struct cloud accepted;
@@ -111,16 +158,11 @@ int tabulated_optimize(const struct tabulated_optimizer *o, const struct schedul
                        struct cloud *cloud, struct srnf_warp *chain,
                        enum srnf_register_stop *stopped, size_t *iterations)
 {
-    size_t k = registration_unknowns(o->fields->degree);
-    double *memory = srnf_alloc(3 * k, sizeof(double));
-    struct vectors v = {memory, memory + k, memory + 2 * k};
+    struct vectors v;
     double lambda = LAMBDA_START;
     size_t small = 0;
-    int status = SRNF_OK;
+    int status = open_vectors(&v, o);
 
-    if (!memory) {
-        return SRNF_ENOMEM;
-    }
     *stopped = SRNF_REGISTER_MAX_ITERATIONS;
     for (size_t step = 0; step < schedule->max_steps && small < 2 && status == SRNF_OK; step++) {
         double before = cloud->objective + (o->track ? landmark_track_cost(o->track) : 0.0);
@@ -133,7 +175,7 @@ int tabulated_optimize(const struct tabulated_optimizer *o, const struct schedul
             status = SRNF_ECANCELED;
             break;
         }
-        status = advance(o, &v, cloud, chain, &lambda, &gain);
+        status = advance(o, step == 0, &v, cloud, chain, &lambda, &gain);
         (*iterations)++;
         if (!(gain > 0.0)) {
             *stopped = SRNF_REGISTER_REFUSED;
@@ -146,6 +188,6 @@ int tabulated_optimize(const struct tabulated_optimizer *o, const struct schedul
     } else if (small >= 2) {
         *stopped = SRNF_REGISTER_STATIONARY;
     }
-    srnf_free(memory);
+    close_vectors(&v);
     return status;
 }

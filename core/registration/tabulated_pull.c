@@ -15,18 +15,22 @@
 #include <math.h>
 #include <string.h>
 
+#define ROWS_MIN ((size_t)16)
 #define PULL_ORDER ((size_t)6)
 #define PULL_ROWS ((size_t)52) /* at least: of fields of degree 12 */
 
-size_t follow_rows(size_t degree)
-{
-    size_t rows = (4 * degree + 11) / 4 * 4;
+const struct field_table follow_table = {8, 4.4};
+static const struct field_table pull_table = {6, 3.5};
 
-    return rows < 16 ? 16 : rows;
+size_t field_table_rows(const struct field_table *table, size_t degree)
+{
+    size_t rows = ((size_t)ceil(table->fineness * (double)degree) + 3) / 4 * 4;
+
+    return rows < ROWS_MIN ? ROWS_MIN : rows;
 }
 
 int cloud_follow(struct cloud *cloud, const struct srnf_warp *chain,
-                 const struct srnf_context *context)
+                 const struct field_table *table, const struct srnf_context *context)
 {
     struct tabulated_fields fields = {0};
     int status = SRNF_OK;
@@ -40,8 +44,8 @@ int cloud_follow(struct cloud *cloud, const struct srnf_warp *chain,
         }
         if (fields.degree != link->degree) {
             tabulated_fields_clear(&fields);
-            status = tabulated_fields_create(&fields, link->degree, FOLLOW_ORDER,
-                                             follow_rows(link->degree));
+            status = tabulated_fields_create(&fields, link->degree, table->order,
+                                             field_table_rows(table, link->degree));
         }
         if (status == SRNF_OK) {
             tabulated_fields_fill(&fields, link->values);
@@ -126,7 +130,7 @@ int tabulated_moving_pull(struct tabulated_moving *m, const struct tabulated_mov
 
     *m = (struct tabulated_moving){
         .representation = from->representation, .degree = from->degree, .pulled = true};
-    status = status ? status : cloud_follow(&cloud, chain, context);
+    status = status ? status : cloud_follow(&cloud, chain, &pull_table, context);
     if (status == SRNF_OK) {
         cloud_evaluate(&plain, &cloud);
         status = fill(&m->normal, rows, &cloud, NODE_NORMAL);

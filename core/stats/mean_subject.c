@@ -202,7 +202,7 @@ static int follow_tables(const struct mean_run *run, const struct srnf_warp *war
     struct cloud cloud = {0};
     int status = cloud_from(run, gamma, jacobian, &cloud);
 
-    status = status ? status : cloud_follow(&cloud, warp, run->context);
+    status = status ? status : cloud_follow(&cloud, warp, &follow_table, run->context);
     if (status == SRNF_OK) {
         cloud_to(&cloud, run->points, gamma, jacobian);
     }
@@ -437,8 +437,8 @@ static int open_mover(const struct mean_run *run, size_t i, struct mover *m)
         m->scratch = srnf_alloc(FIELDS_SCRATCH * m->n, sizeof(double));
         status = m->scratch ? fields_create(&m->fields, run->degree, run->context) : SRNF_ENOMEM;
     } else {
-        status = tabulated_fields_create(&m->tables, run->degree, FOLLOW_ORDER,
-                                         follow_rows(run->degree));
+        status = tabulated_fields_create(&m->tables, run->degree, follow_table.order,
+                                         field_table_rows(&follow_table, run->degree));
         status = status ? status : cloud_from(run, m->at.gamma, m->at.jacobian, &m->from);
         status = status ? status : cloud_create(&m->to, m->from.n);
     }

@@ -403,7 +403,7 @@ static void pulled_surfaces_are_those_at_the_warped_points(void **state)
         memcpy(cloud.displacement, t.cloud.displacement, sizeof cloud.displacement);
         cloud_evaluate(&pulled, &cloud);
         cloud_measure(&problem, &cloud);
-        assert_int_equal(cloud_follow(&t.cloud, &gamma, NULL), SRNF_OK);
+        assert_int_equal(cloud_follow(&t.cloud, &gamma, &follow_table, NULL), SRNF_OK);
         cloud_evaluate(&t.table, &t.cloud);
         cloud_measure(&t.tabulated, &t.cloud);
         figure_below("energy", fabs(cloud.energy / t.cloud.energy - 1.0), 1e-6);
@@ -436,7 +436,7 @@ static void pulled_surfaces_are_those_at_the_warped_points(void **state)
 /* The steps end where the direct ones end. */
 static void optimum_is_the_direct_one(void **state)
 {
-    const struct schedule schedule = {60, 1e-3};
+    const struct schedule schedule = {200, 1e-4};
     struct tabulated_fields fields;
     struct tabulated_level level;
     struct bench t;
@@ -470,8 +470,9 @@ static void optimum_is_the_direct_one(void **state)
     close_bench(&t);
 }
 
-/* The chain of the bench, with a rotation before it or the identity, and three steps more. */
-static void many_steps(struct bench *t, bool still, struct srnf_warp *chain)
+/* The chain of the bench, with a rotation before it or the identity, and some steps more. */
+static void many_steps(struct bench *t, bool still, size_t steps, double size,
+                       struct srnf_warp *chain)
 {
     static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     double unknowns[2 * (FIELDS + 1) * (FIELDS + 1) + 3];
@@ -484,12 +485,12 @@ static void many_steps(struct bench *t, bool still, struct srnf_warp *chain)
     assert_int_equal(warp_append(chain, SRNF_WARP_EXP, t->warp.chain.links[1].degree,
                                  t->warp.chain.links[1].values),
                      SRNF_OK);
-    for (size_t k = 0; k < 3; k++) {
-        random_step(0.01, unknowns, t, potentials);
+    for (size_t k = 0; k < steps; k++) {
+        random_step(size, unknowns, t, potentials);
         assert_int_equal(warp_append(chain, SRNF_WARP_EXP, FIELDS, potentials), SRNF_OK);
     }
     cloud_rotate(&t->cloud, &t->target, identity);
-    assert_int_equal(cloud_follow(&t->cloud, chain, NULL), SRNF_OK);
+    assert_int_equal(cloud_follow(&t->cloud, chain, &follow_table, NULL), SRNF_OK);
     cloud_evaluate(&t->table, &t->cloud);
     cloud_measure(&t->tabulated, &t->cloud);
 }
@@ -527,8 +528,8 @@ static void many_steps_become_one(void **state)
         open_bench(&t, SRNF_REPRESENTATION_SRNF, 8, 3.0, !still);
         grid = (struct nodes_of){t.a.grid->kind, t.a.grid->n_theta, t.a.grid->n_phi};
         assert_int_equal(cloud_create(&spare, t.cloud.n), SRNF_OK);
-        many_steps(&t, still, &before);
-        many_steps(&t, still, &chain);
+        many_steps(&t, still, 3, 0.01, &before);
+        many_steps(&t, still, 3, 0.01, &chain);
         objective = t.cloud.objective;
         assert_int_equal(warp_refit(&t.tabulated, &grid, 20, -1.0, &t.cloud, &spare, &chain),
                          SRNF_OK);
@@ -550,6 +551,75 @@ static void many_steps_become_one(void **state)
     }
 }
 
+/* Where one step would fold, each half of the chain is one. */
+static void steps_too_long_for_one_become_two(void **state)
+{
+    (void)state;
+    for (int still = 0; still < 2; still++) {
+        struct srnf_warp before, chain;
+        struct nodes_of grid;
+        struct cloud spare;
+        struct bench t;
+        double apart, back, objective;
+
+        open_bench(&t, SRNF_REPRESENTATION_SRNF, 8, 3.0, !still);
+        grid = (struct nodes_of){t.a.grid->kind, t.a.grid->n_theta, t.a.grid->n_phi};
+        assert_int_equal(cloud_create(&spare, t.cloud.n), SRNF_OK);
+        many_steps(&t, still, 12, 0.003, &before);
+        many_steps(&t, still, 12, 0.003, &chain);
+        objective = t.cloud.objective;
+        assert_int_equal(warp_refit(&t.tabulated, &grid, 20, 0.02, &t.cloud, &spare, &chain),
+                         SRNF_OK);
+        assert_int_equal(chain.n_links, still ? 3 : 4);
+        assert_int_equal(warp_is_still(&chain), still);
+        figure_below("objective", fabs(t.cloud.objective / objective - 1.0), 0.02);
+        compare_chains(&before, &chain, t.warp.n, t.problem.target.points, &apart, &back);
+        figure_below("apart", apart, 0.05);
+        figure_below("there and back", back, 1e-10);
+        srnf_warp_clear(&before);
+        srnf_warp_clear(&chain);
+        cloud_clear(&spare);
+        close_bench(&t);
+    }
+}
+
+/* The inverse of a quadratic's matrix, as far as pairs of steps and changes tell: what the last
+   step changed leads to that step, whatever stands for the rest. */
+static void pairs_of_steps_are_met(void **state)
+{
+    enum { N = 12, STEPS = 8 };
+    struct test_random random = test_random_seed(5);
+    const double nothing[N] = {0.0};
+    double step[N], change[N], ahead[N], out[N];
+    double worst = 0.0, size = 0.0;
+    struct secant secant;
+
+    (void)state;
+    assert_int_equal(secant_create(&secant, N), SRNF_OK);
+    for (size_t k = 0; k < STEPS; k++) {
+        for (size_t i = 0; i < N; i++) {
+            step[i] = test_random_normal(&random);
+            change[i] = (1.0 + (double)i) * step[i];
+        }
+        secant_add(&secant, step, change, nothing);
+    }
+    assert_int_equal(secant.count, SECANT_PAIRS);
+    memcpy(out, change, sizeof out);
+    secant_before(&secant, out);
+    linear_scale(N, 0.25, out);
+    secant_after(&secant, out);
+    for (size_t i = 0; i < N; i++) {
+        worst = compare_max(worst, fabs(out[i] - step[i]));
+        size = compare_max(size, fabs(step[i]));
+        ahead[i] = -change[i];
+    }
+    figure_below("last pair", worst / size, 1e-12);
+    secant_forget(&secant);
+    secant_add(&secant, step, ahead, nothing); /* not convex */
+    assert_int_equal(secant.count, 0);
+    secant_clear(&secant);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -563,6 +633,8 @@ int main(void)
         cmocka_unit_test(pulled_surfaces_are_those_at_the_warped_points),
         cmocka_unit_test(optimum_is_the_direct_one),
         cmocka_unit_test(many_steps_become_one),
+        cmocka_unit_test(steps_too_long_for_one_become_two),
+        cmocka_unit_test(pairs_of_steps_are_met),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
