@@ -7,8 +7,9 @@
 Members are samples of a model of the star-shaped surfaces in tests/data/aal_subcortex: principal components of the
 logarithms of their radii, and waves of low degree beside them, so that there are as many components as are asked for. Each
 is put on a triangulation of its own (500 to 650 random points of the sphere, their hull), turned and moved at random, and
-packed as a binary PLY. A zip of all with a table is imported; the cohort is encoded; then the process runs. --kill ends the
-daemon by SIGKILL when the job has come so far, and starts it again: `attempt` tells that it was resumed.
+packed as a binary PLY. Zips of up to 2000 with a table are imported; their cohorts, as many as one job takes, are encoded;
+then the process runs on all. --kill ends the daemon by SIGKILL when the job has come so far, and starts it again: `attempt`
+tells that it was resumed. A line for every ten per cent tells how far a run came that did not end.
 
 For each number of members a line says: seconds of the upload, the encoding and the process; processor seconds of the
 process a member, which tell on a busy machine what seconds do not; the largest memory of the daemon and of the job's own
@@ -57,6 +58,7 @@ STARS = ('L_thalamus', 'R_thalamus', 'L_pallidum', 'R_pallidum', 'L_amygdala')
 SURFACES = pathlib.Path(__file__).parent.parent / 'data' / 'aal_subcortex'
 MIB = 2.0**20
 WAVES, PAD = 40, 4
+ARCHIVE = 2000  # members of one archive, and of one job that encodes
 
 
 class Daemon:
@@ -109,7 +111,7 @@ class Daemon:
         """The job's record when it has ended, and bytes of its scratch at most."""
         job = self.json('POST', f'/v1/processes/{process}/execution', {'inputs': inputs}, Prefer='respond-async')
         scratch = pathlib.Path(f'{self.folder}/data/scratch/{job["id"]}')
-        most = 0
+        most, told, began = 0, 10.0, time.time()
         while job['status'] in ('accepted', 'running'):
             time.sleep(0.2)
             if scratch.exists():
@@ -117,7 +119,11 @@ class Daemon:
             if kill is not None and (job.get('progress') or 0) >= kill:
                 self.kill()
                 kill = None
-            self.look()
+            processor = self.look()
+            if (job.get('progress') or 0) >= told:
+                print(f'    {process}: {job["progress"]:.0f} % ({job.get("message")}) after {time.time() - began:.0f} s, '
+                      f'processor {processor:.0f} s, daemon {self.peak:.0f} MiB, scratch {most / MIB:.0f} MiB', flush=True)
+                told = 10.0 * (job['progress'] // 10 + 1)
             job = self.json('GET', f"/v1/jobs/{job['id']}")
         if job['status'] != 'successful':
             raise SystemExit(json.dumps(job['exception']))
@@ -261,21 +267,25 @@ def run_process(daemon, process, options, count):
 
 def measure(files, folder):
     """Processor seconds a member of the first process."""
-    packed = archive(files)
+    parts = [files[k:k + ARCHIVE] for k in range(0, len(files), ARCHIVE)]
+    packed = [(part, archive(part)) for part in parts]
     daemon = Daemon(folder)
     try:
-        began = time.time()
-        daemon.ask('POST', '/v1/imports?cohort=meshes', packed, 'application/zip')
-        upload = time.time() - began
-        before, began = daemon.look(), time.time()
-        job, _ = daemon.run('encode', {'cohort': 'meshes', 'lmax': asked.degree})
-        encode, processor = time.time() - began, daemon.look() - before
-        rows = daemon.json('GET', f"/v1/jobs/{job['id']}/results")['rows']
-        # A hull may have a fold too many for one of them; that it is left out is told.
-        members = [{'id': row['surface'], 'subject': name, 'label': label}
-                   for row, (name, label, _) in zip(rows, files) if row.get('surface')]
+        upload = encode = processor = 0.0
+        members = []
+        for k, (part, archived) in enumerate(packed):
+            began = time.time()
+            daemon.ask('POST', f'/v1/imports?cohort=meshes{k}', archived, 'application/zip')
+            upload += time.time() - began
+            before, began = daemon.look(), time.time()
+            job, _ = daemon.run('encode', {'cohort': f'meshes{k}', 'lmax': asked.degree})
+            encode, processor = encode + time.time() - began, processor + daemon.look() - before
+            rows = daemon.json('GET', f"/v1/jobs/{job['id']}/results")['rows']
+            # A hull may have a fold too many for one of them; that it is left out is told.
+            members += [{'id': row['surface'], 'subject': name, 'label': label}
+                        for row, (name, label, _) in zip(rows, part) if row.get('surface')]
         daemon.ask('POST', '/v1/cohorts', {'name': 'large', 'members': members})
-        print(f'{len(files)} meshes (archive {len(packed) / MIB:.0f} MiB): upload {upload:.1f} s, encode {encode:.1f} s, '
+        print(f'{len(files)} meshes ({len(packed)} archives, {sum(len(data) for _, data in packed) / MIB:.0f} MiB): upload {upload:.1f} s, encode {encode:.1f} s, '
               f'{1000 * processor / len(files):.1f} ms of processor time a member', flush=True)
         each = [run_process(daemon, process, options, len(members))
                 for process, options in zip(asked.process, asked.options)]
