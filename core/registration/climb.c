@@ -5,9 +5,8 @@
  * in the template's domain (tabulated_pull.c): gamma <- gamma o delta. They are taken from coarser
  * tables, and delta is fitted by one step, or followed again.
  *
- * The points of the nodes are carried from step to step by splines of six nodes, and where a chain
- * is followed of eight, whose errors (some 1e-8 after all steps) the objective keeps; it is measured
- * with the moving field as it is.
+ * The points of the nodes are carried from step to step by splines of eight nodes, whose errors (a
+ * few 1e-9 after all steps) the objective keeps; it is measured with the moving field as it is.
  */
 #include "landmarks.h"
 #include "tournament.h"
@@ -114,7 +113,7 @@ static int open_level(const struct climb *c, size_t degree, struct tabulated_lev
     return status;
 }
 
-static const struct field_table step_table = {6, 3.5}, pulled_table = {4, 3.25};
+static const struct field_table pulled_table = {4, 3.25}; /* of steps whose points are not kept */
 
 static int climb_rung(struct climb *c, const struct field_table *table, size_t degree,
                       double decrease, struct srnf_warp *chain, struct search_result *result)
@@ -164,8 +163,8 @@ static int climb_rungs(struct climb *c, size_t from, size_t most, struct search_
         size_t degree = ladder[k].degree < most ? ladder[k].degree : most;
 
         if (degree > from && (degree == most || has_room(c, degree))) {
-            status =
-                climb_rung(c, &step_table, degree, ladder[k].decrease, &result->warp.chain, result);
+            status = climb_rung(c, &follow_table, degree, ladder[k].decrease, &result->warp.chain,
+                                result);
         }
         if (k + 1 == RUNGS || ladder[k].degree >= most) {
             break;
