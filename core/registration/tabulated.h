@@ -166,7 +166,8 @@ SRNF_CHECKED int tabulated_level_create(struct tabulated_level *level, size_t de
                                         double displacement, bool free_rotation);
 void tabulated_level_clear(struct tabulated_level *level);
 /* step <- (matrix + s diag eigen)^-1 rhs for the rung nearest to lambda and the curvature of the
-   Jacobian penalty, or for the last one that was asked for, where that is near; *expected: the gain that the model promises. False: there is no factor. */
+   Jacobian penalty, or for the last one that was asked for, where that is near; *expected: the gain
+   that the model promises. False: there is no factor. */
 bool tabulated_level_solve(struct tabulated_level *level, double lambda, double curvature,
                            const double *rhs, double *step, double *expected);
 
