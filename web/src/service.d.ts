@@ -929,6 +929,22 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/workers/bars/{bar}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        delete: operations["liftBar"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
 }
 export type webhooks = Record<string, never>;
 export interface components {
@@ -1032,12 +1048,23 @@ export interface components {
         Workers: {
             /** @enum {string} */
             executor: "local" | "workers" | "slurm";
+            bars: {
+                bar: number;
+                worker: string;
+                host?: string;
+                token: string;
+                pilots: boolean;
+                why: string;
+                since: string;
+                until: string;
+            }[];
             items: {
                 worker: string;
                 host: string;
                 cpu: string;
                 token: string;
                 slots: number;
+                barred: boolean;
                 first: string;
                 last: string;
                 leased: number;
@@ -2827,6 +2854,7 @@ export interface components {
         ContentDigest: string;
         LeaseSecret: string;
         ResultDigest: string;
+        Bar: string;
         WorkerHost: string;
         WorkerCpu: string;
         WorkerBuild: string;
@@ -5302,6 +5330,30 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["Workers"];
                 };
+            };
+            401: components["responses"]["Unauthorized"];
+            403: components["responses"]["Forbidden"];
+            429: components["responses"]["TooManyRequests"];
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    liftBar: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                bar: components["parameters"]["Bar"];
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             401: components["responses"]["Unauthorized"];
             403: components["responses"]["Forbidden"];
