@@ -32,8 +32,8 @@
 #define TRIM_FROM ((size_t)1 << 20)      /* bytes of a body whose document is worth giving back */
 #define SYNC_WAIT_DEFAULT 30.0
 #define LINK_SECONDS_DEFAULT 30.0
-/* Bytes that a small upload has: so many, and so many for each of its own, up to a limit at which it
-   is read in half a second. A few KiB that unpack to hundreds of thousands of faces are no small
+/* Bytes that a small upload has: so many, and so many for each of its own, up to a limit at which
+   it is read in half a second. A few KiB that unpack to hundreds of thousands of faces are no small
    upload, and show it in some milliseconds. */
 #define SMALL_MEMORY_FROM ((size_t)1 << 20)
 #define SMALL_MEMORY_GROWTH 32

@@ -2,8 +2,8 @@
  * jobs_routes.c - the job resource: status, results, cancel, delete.
  *
  * A job's state is the engine's; here it only becomes JSON. Results are stored as the text that the
- * process wrote and are handed on unparsed, but for those of which there are tables: they are served
- * as CSV, and a matrix of distances as .npy too. Asking for the results of a job that has not ended is
+ * process wrote and are handed on unparsed, but for those of which there are tables: they are
+ * served as CSV, and a matrix of distances as .npy too. Asking for the results of a job that has not ended is
  * 409 with Retry-After, of one that failed its problem with that problem's status, of one that was
  * dismissed 410.
  *

@@ -6,8 +6,8 @@
  * anything is parsed. What another owner has sent is parsed all the same, and is new: name, time
  * and status tell nothing of others. A body that does not parse is refused and not kept; a mesh
  * that parses but cannot be analysed is kept, and its report says why. What was prepared here is
- * kept for the jobs that need it. Runs on the threads of uploads (http/lane.c): reading is linear in
- * the size of the body, topology n log n, and the star kernel a linear program of four unknowns.
+ * kept for the jobs that need it. Runs on the threads of uploads (http/lane.c): reading is linear
+ * in the size of the body, topology n log n, and the star kernel a linear program of four unknowns.
  */
 #include "api/meshes.h"
 #include "api/labels.h"

@@ -19,7 +19,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The first status of the store with which process_read could not read, of the run of the thread. */
+/* The first status of the store with which process_read could not read, of the thread's run. */
 static _Thread_local int unread;
 
 bool process_read(int status)
