@@ -3,9 +3,9 @@
  *
  * A job's state is the engine's; here it only becomes JSON. Results are stored as the text that the
  * process wrote and are handed on unparsed, but for those of which there are tables: they are
- * served as CSV, and a matrix of distances as .npy too. Asking for the results of a job that has not ended is
- * 409 with Retry-After, of one that failed its problem with that problem's status, of one that was
- * dismissed 410.
+ * served as CSV, and a matrix of distances as .npy too. Asking for the results of a job that has
+ * not ended is 409 with Retry-After, of one that failed its problem with that problem's status, of
+ * one that was dismissed 410.
  *
  * DELETE is a dismissal. Of a job that has ended nothing but name and tags can change, so its
  * entity tag is of these; one that has not ended changes by the moment, and has none.
