@@ -153,12 +153,12 @@ like "$(json '[.warnings[] | select(.code == "pose-differs")][-1].detail')" 'lie
     'surfaces that share a pose are told from others'
 is "$(json '[.warnings[] | select(.code == "pose-differs")][-1].figures.members | map(.sphereAlone) | unique | tostring')" \
     '[true]' 'each of them'
-run register "{\"template\":\"${SURFACE[even0]}\",\"moving\":\"${SURFACE[odd0]}\",\"commonPose\":true}"
+run register "{\"template\":\"${SURFACE[even3]}\",\"moving\":\"${SURFACE[odd0]}\",\"commonPose\":true}"
 is "$(json '[.warnings[] | select(.code == "pose-differs") | .figures.sphereAlone] | tostring')" '[true]' \
     'so is a pair in a common pose'
 TURNED=$(json '.warnings[] | select(.code == "pose-differs") | .figures.turned')
 compare "$(json '.warnings[] | select(.code == "pose-differs") | .figures | .distance / .turned')" '>' 2 'with both distances'
-run register "{\"template\":\"${SURFACE[even0]}\",\"moving\":\"${SURFACE[odd0]}\",\"rotation\":false}"
+run register "{\"template\":\"${SURFACE[even3]}\",\"moving\":\"${SURFACE[odd0]}\",\"rotation\":false}"
 compare "$(json .distance)" '<=' "$TURNED" 'and a search that turns the sphere alone undoes it'
 is "$(json '.rotation | tostring')" '[[1,0,0],[0,1,0],[0,0,1]]' 'without turning the surface'
 run register "{\"template\":\"${SURFACE[even0]}\",\"moving\":\"${SURFACE[even1]}\",\"commonPose\":true}"
