@@ -18,7 +18,6 @@
 #include "build.h"
 #include "jobs/tasks.h"
 #include "log.h"
-#include "store/store.h"
 #include "store/task.h"
 
 #include <math.h>

@@ -42,3 +42,10 @@ void jobs_remark(struct jobs *jobs, const char *job, const char *remark)
     }
     pthread_mutex_unlock(&jobs->rounds.mutex);
 }
+
+void jobs_rounds_offer(struct jobs *jobs)
+{
+    if (jobs->config.offered) {
+        jobs->config.offered(jobs->config.user);
+    }
+}

@@ -11,7 +11,6 @@
 
 #include "clock.h"
 #include "store/digest.h"
-#include "store/store.h"
 
 #include <sodium.h>
 #include <stdlib.h>

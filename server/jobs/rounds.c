@@ -14,7 +14,6 @@
 #include "clock.h"
 #include "jobs/internal.h"
 #include "store/job.h"
-#include "store/store.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,13 +29,6 @@ void jobs_rounds_init(struct jobs_rounds *rounds)
 void jobs_rounds_destroy(struct jobs_rounds *rounds)
 {
     pthread_mutex_destroy(&rounds->mutex);
-}
-
-void jobs_rounds_offer(struct jobs *jobs)
-{
-    if (jobs->config.offered) {
-        jobs->config.offered(jobs->config.user);
-    }
 }
 
 bool jobs_offers_tasks(const struct jobs *jobs)

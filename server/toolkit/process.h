@@ -173,6 +173,8 @@ json_t *process_keep_mesh(struct jobs_run *run, struct mesh_description *descrip
 /* Whether a row was read, by the status of the store. Where it could not be, and not because it is
    not there, nothing is made of the results: they would lack what it tells. */
 bool process_read(int status);
+/* Nothing is unread, and no memory was short: a run of the thread begins. */
+void process_read_begin(void);
 /* The problem of a run whose document could not be made: what process_read could not read since
    process_parse, or memory. what: "writing the results". */
 void process_fail_document(struct jobs_result *result, const char *what);

@@ -3,8 +3,6 @@
  * defaulting, the numeric build that made them, and the parts of surface records.
  */
 #include "toolkit/process.h"
-
-#include "compute/compute.h"
 #include "api/json_memory.h"
 #include "toolkit/answers.h"
 #include "toolkit/routes.h"
@@ -19,29 +17,11 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The first status of the store with which process_read could not read, of the thread's run. */
-static _Thread_local int unread;
-
-bool process_read(int status)
-{
-    if (status != STORE_OK && status != STORE_NOT_FOUND) {
-        unread = unread ? unread : status;
-        json_memory_fail();
-    }
-    return status == STORE_OK;
-}
-
-void process_fail_document(struct jobs_result *result, const char *what)
-{
-    (void)compute_fail(result, unread ? unread : SRNF_ENOMEM, NULL, what);
-}
-
 json_t *process_parse(const char *inputs, struct jobs_result *result)
 {
     json_t *document;
 
-    unread = STORE_OK;
-    json_memory_begin();
+    process_read_begin();
     document = json_memory_load(inputs, strlen(inputs), 0, NULL, NULL);
     if (!document) {
         result->problem_code = json_memory_failed() ? "out-of-memory" : "internal-error";

@@ -8,6 +8,8 @@
  */
 #include "toolkit/typicality.h"
 
+#include "compute/model.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

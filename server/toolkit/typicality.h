@@ -7,7 +7,8 @@
 
 #include "toolkit/process.h"
 #include "compute/mean.h"
-#include "compute/model.h"
+
+struct compute_projection; /* compute/model.h */
 
 /* Subjects below which a model's limits are wide enough to be told of. */
 #define TYPICALITY_SUBJECTS_FEW 30
