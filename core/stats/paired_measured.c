@@ -388,9 +388,12 @@ static void set_test(const struct measured_run *run)
     struct srnf_permutation_test *test = &run->out->test;
     double all = 1.0 + (double)run->options->permutations;
     double different = 1.0;
+    bool exchangeable = true; /* all sides at once, which gives the same F */
 
     for (size_t k = 0; k < run->count; k++) {
         size_t one = run->of_side[2 * k];
+
+        exchangeable = exchangeable && one == run->of_side[2 * k + 1];
 
         for (size_t m = 1; m <= one; m++) {
             different *= (double)(run->of_side[2 * k + 1] + m) / (double)m;
@@ -398,7 +401,7 @@ static void set_test(const struct measured_run *run)
     }
     test->permutations = run->options->permutations;
     test->relabellings = different;
-    test->least = fmax(1.0 / all, fmin(2.0 / different, 1.0)); /* all sides exchanged: the same F */
+    test->least = fmax(1.0 / all, fmin((exchangeable ? 2.0 : 1.0) / different, 1.0));
     run->out->p_value = (1.0 + (double)atomic_load(&run->as_large)) / all;
 }
 

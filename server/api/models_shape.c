@@ -126,6 +126,9 @@ static int find_surface(struct api_call *call, struct shape *shape, struct srnf_
         shape->scores[k] = shape->coefficients[k] * sqrt(eigenvalues[k]);
         far += shape->scores[k] * shape->scores[k];
     }
+    if (status == 0 && shape->part.name[0]) {
+        status = compute_point_norm2(sht, model, shape->scores, &far);
+    }
     if (status == 0) {
         status = compute_invert_point(sht, model, shape->mean.coefficients, shape->scores,
                                       &upload_context, &shape->inversion, error);

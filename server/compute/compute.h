@@ -18,6 +18,7 @@ struct compute_surface {
     double *coefficients; /* [3][(degree+1)^2], owned: compute_surface_clear */
     double scale;         /* of a surface encoded here; 0 for a stored one, whose record has it */
     double origin[3];     /* of a surface encoded here, as in struct srnf_encoded */
+    bool mirrored;        /* the mirror image is taken of what was named */
     const char *route;    /* of a surface encoded here, static; NULL for a stored one */
     char surface[STORE_ID_MAX]; /* its own id, or that which the encoded mesh has; of a stored
                                    surface that was mirrored an id that no stored one has */

@@ -52,13 +52,13 @@ static int iterate(struct jobs_run *run, const struct srnf_sht *sht,
     options.landmarks = inputs->landmarks;
     options.tolerance = inputs->tolerance;
     options.max_iterations = inputs->max_iterations;
-    options.checkpoint = keep_checkpoint;
+    options.checkpoint = inputs->one_of_many ? NULL : keep_checkpoint;
     options.checkpoint_user = run;
     options.scratch = inputs->registration ? jobs_run_scratch(run) : NULL;
     options.held_bytes = jobs_cache_limit(jobs_run_jobs(run));
     jobs_run_keep_parts(run); /* the registrations of the first iteration */
     compute_searches_spread(run);
-    if (jobs_run_checkpoint_load(run, &bytes, &size) == STORE_OK) {
+    if (!inputs->one_of_many && jobs_run_checkpoint_load(run, &bytes, &size) == STORE_OK) {
         options.resume = bytes;
         options.resume_size = size;
     }

@@ -14,6 +14,7 @@ struct compute_mean_inputs {
     size_t components; /* of those; 0: all above rounding, of up to COMPUTE_PAIRS_MAX */
     double share;      /* percent of the job that the mean is; 0: all that is left */
     bool pullback;     /* the mean in the pulled-back metric instead */
+    bool one_of_many;  /* of this job: no checkpoint, but the first registrations of all are kept */
     const struct srnf_group_landmarks *landmarks; /* or NULL */
     const size_t *subjects; /* [n] as in srnf/subjects.h; NULL: each member its own */
 };
@@ -44,8 +45,8 @@ struct compute_mean_outputs {
  * The mean in the pulled-back metric begins from that: surfaces are registered to it, where they
  * are, and its surface, the distances to it and what it loses of the mean SRNF take the place of
  * those; it has no checkpoint of its own.
- * A job of several means, one after the other, goes on from the checkpoint of the one that it was
- * at; those of others are refused.
+ * A job has one checkpoint: of several means none is saved, and what an earlier attempt has left are
+ * the first registrations of each.
  * Returns 0, or a negative status with the problem in result; outputs are cleared with
  * compute_mean_clear in any case.
  */

@@ -171,6 +171,23 @@ struct work {
     struct compute_reconstruction *out;
 };
 
+int compute_point_norm2(const struct srnf_sht *sht, const struct store_model *stored,
+                        const double *scores, double *norm2)
+{
+    const struct srnf_pca pca = view_of(stored);
+    size_t count = store_model_count(stored, STORE_MODEL_MEAN_Q);
+    double *middle = srnf_alloc(count, sizeof(double)), *q = srnf_alloc(count, sizeof(double));
+    int status = middle && q ? SRNF_OK : SRNF_ENOMEM;
+
+    if (status == SRNF_OK) {
+        srnf_pca_reconstruct(srnf_sht_grid(sht), &pca, middle, scores, q);
+        *norm2 = srnf_inner_product(srnf_sht_grid(sht), q, q);
+    }
+    srnf_free(middle);
+    srnf_free(q);
+    return status;
+}
+
 int compute_invert_point(const struct srnf_sht *sht, const struct store_model *stored,
                          const double *start, const double *scores,
                          const struct srnf_context *context, struct srnf_inversion *out,

@@ -45,6 +45,12 @@ int compute_model_transform(struct jobs_run *run, const struct compute_model *mo
                             const struct srnf_sht **sht, struct jobs_result *result);
 
 /*
+ * The squared norm of sum_k scores[k] mode_k: of a part of a joint model, as the part itself has
+ * it, without its weight. Returns SRNF_OK or SRNF_ENOMEM.
+ */
+int compute_point_norm2(const struct srnf_sht *sht, const struct store_model *stored,
+                        const double *scores, double *norm2);
+/*
  * Inverts mean_q + sum_k scores[k] mode_k, from a surface nearby, on the calling thread. For those
  * who have no run.
  *   sht      [in]  of the model's degree and grid

@@ -51,6 +51,7 @@ static int find_means(struct jobs_run *run, const struct compute_parts_inputs *i
         .tolerance = inputs->tolerance,
         .max_iterations = inputs->max_iterations,
         .share = SHARE_MEANS / (double)inputs->n_parts,
+        .one_of_many = inputs->n_parts > 1,
     };
     int status = 0;
 

@@ -192,10 +192,9 @@ static void settle(struct jobs *jobs, struct place place, const struct jobs_leas
 }
 
 /* Leases that the worker has from before the daemon started again count among those that its slots
-   allow. */
+   allow. The mutex of the rounds is held. */
 static void count_restored(struct jobs *jobs, const struct jobs_remote *remote)
 {
-    pthread_mutex_lock(&jobs->rounds.mutex);
     for (struct jobs_open_round *round = jobs->rounds.first; round; round = round->link) {
         for (size_t i = round->first_leased; i != SIZE_MAX; i = round->slots[i].after) {
             if (strcmp(round->slots[i].who, remote->who) == 0) {
@@ -204,18 +203,21 @@ static void count_restored(struct jobs *jobs, const struct jobs_remote *remote)
             }
         }
     }
-    pthread_mutex_unlock(&jobs->rounds.mutex);
 }
 
-/* Whether the worker, which asks for a task, may have one. */
+/* Whether the worker, which asks for a task, may have one. No lease of its other slots is given in
+   between, which would be counted twice. */
 static bool may_have(struct jobs *jobs, const struct jobs_remote *remote)
 {
-    bool fresh, may = jobs_remotes_sign(&jobs->remotes, remote, &fresh);
+    bool fresh, may;
 
+    pthread_mutex_lock(&jobs->rounds.mutex);
+    may = jobs_remotes_sign(&jobs->remotes, remote, &fresh);
     if (fresh && may) {
         count_restored(jobs, remote);
         may = jobs_remotes_sign(&jobs->remotes, remote, &fresh);
     }
+    pthread_mutex_unlock(&jobs->rounds.mutex);
     return may;
 }
 

@@ -84,7 +84,10 @@ bool jobs_verify(struct jobs_run *run, const struct jobs_open_round *round, size
     const struct jobs_round *what = round->what;
     struct jobs *jobs = run->jobs;
     char why[160];
-    int same = is_chosen(jobs->config.verify_tasks) ? compute_again(run, what, index, bytes) : 1;
+    /* Of a worker that was found false since it has brought this, all is computed again. */
+    bool chosen = is_chosen(jobs->config.verify_tasks) ||
+                  (slot->who[0] && jobs_remotes_barred(&jobs->remotes, slot->who));
+    int same = chosen ? compute_again(run, what, index, bytes) : 1;
 
     if (same == SRNF_ENOMEM) {
         metrics_add(jobs->config.metrics, METRIC_TASKS,

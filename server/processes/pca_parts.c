@@ -115,7 +115,8 @@ static int find_subject(struct jobs_run *run, const struct pca_parts *asked,
     for (size_t p = 0; p < asked->n_parts; p++) {
         size_t i = p * asked->n + subject;
 
-        surfaces[p] = (struct compute_surface){.scale = group->scales[i]};
+        surfaces[p] = (struct compute_surface){.scale = group->scales[i],
+                                               .mirrored = asked->group.mirrored.member[i]};
         (void)snprintf(surfaces[p].id, sizeof surfaces[p].id, "%s", asked->group.ids[i]);
         memcpy(surfaces[p].origin, group->origins[i], sizeof surfaces[p].origin);
         numbers[p] = group->surfaces[i];

@@ -19,6 +19,17 @@ static bool is_turned(const double rotation[9])
     return false;
 }
 
+/* Whether it is the mirror image of what its place is of: that is where the surface was. */
+static bool is_image(struct jobs_run *run, const struct compute_surface *surface,
+                     const struct surface_place *place)
+{
+    bool encoded =
+        !compute_is_mesh(surface->id) && process_mirrored(run, surface->id) !=
+                                             (place->mesh[0] && process_mirrored(run, place->mesh));
+
+    return surface->mirrored != encoded;
+}
+
 /* Where a part is, and its area in the units of its coordinates. */
 static int place(struct jobs_run *run, const struct srnf_sht *sht,
                  const struct compute_surface *surface, const double *numbers, double *normalized,
@@ -41,6 +52,9 @@ static int place(struct jobs_run *run, const struct srnf_sht *sht,
         return compute_fail(result, status, NULL, "measuring the parts");
     }
     memcpy(x, place.origin, sizeof place.origin);
+    if (is_image(run, surface, &place)) {
+        x[0] = 0.0 - x[0];
+    }
     *area = place.scale * place.scale * exp(2.0 * log_length);
     return 0;
 }

@@ -183,7 +183,7 @@ compare "$(json .position.distance)" '>' 0 'with its positions'
 # shellcheck disable=SC2154
 execute project "{\"model\":\"$PLACES\",\"parts\":{\"thalamus\":\"$thalamus\",\"putamen\":\"$putamen\"},\"handedness\":\"ignore\"}"
 is "$STATUS" 200 'meshes are encoded'
-compare "$(json '.position.residual / .position.distance')" '<' 0.1 'and placed where they are'
+compare "$(json .position.residual)" '<' 0.01 'and placed where they are'
 compare "$(json .residual)" '<' 0.3 'near to the member that they are'
 execute project "{\"model\":\"$PLACES\",\"parts\":{\"thalamus\":\"$(jq -r '.parts[0].mean.id' "$SCRATCH/both.json")\",\"putamen\":\"$(id 1 1)\"}}"
 is_problem 422 invalid-input 'a surface without a place'

@@ -116,6 +116,32 @@ compare "$(jq -s '[.[].positions.mean | flatten] | transpose | map(.[0] - .[1] |
 compare "$(jq -s '(.[0].positions.variance / .[1].positions.variance) - 1 | fabs' "$SCRATCH/sided.json" "$BODY")" '<=' 1e-9 \
     'and so is their variance'
 
+# The right sides are encoded as they are, and taken mirrored by the cohort: as surfaces, and as meshes.
+mirrored() { # SURFACE SUBJECT PART: as it is, of the right side mirrored
+    printf '{"id":"%s","subject":"%s","mirror":%s,"covariates":{"part":"%s"}}' "$1" "$2" "$([ "$2" = r ] && echo true || echo false)" "$3"
+}
+AS_MESHES=() AS_SURFACES=()
+for side in L R; do
+    for name in thalamus putamen; do
+        get "/v1/surfaces/${SURFACE[${side}_$name]}"
+        MESH=$(json .source.mesh)
+        run encode "{\"mesh\":\"$MESH\",\"lmax\":6}"
+        AS_MESHES+=("$(mirrored "$MESH" "${side,}" "$name")")
+        AS_SURFACES+=("$(mirrored "$(json .surface.id)" "${side,}" "$name")")
+    done
+done
+cohort meshes "${AS_MESHES[@]}"
+cohort surfaces "${AS_SURFACES[@]}"
+run pca-parts '{"cohort":"meshes","lmax":6,"register":false,"modes":0,"relativePose":true}'
+cp "$BODY" "$SCRATCH/meshes.json"
+run pca-parts '{"cohort":"surfaces","register":false,"modes":0,"relativePose":true}'
+is "$STATUS" 200 'members that are taken mirrored'
+compare "$(jq -s '[.[].positions.mean | flatten] | transpose | map(.[0] - .[1] | fabs) | max' "$SCRATCH/meshes.json" "$BODY")" \
+    '<=' 0.005 'have the places of their mirror images, but for where the encodings have their centroids'
+compare "$(jq -s '(.[0].positions.variance / .[1].positions.variance) - 1 | fabs' "$SCRATCH/meshes.json" "$BODY")" '<=' 0.1 \
+    'as meshes that are taken mirrored have'
+compare "$(json '.positions.variance')" '<' 0.001 'and both sides are alike, which are mirror images'
+
 # ---- Doubts of a part ----------------------------------------------------------------------------------
 
 # An ellipsoid with axes 3, 2 and 1 + STRETCH, its sphere as it is (SIGNS 1,1,1), or turned by half a circle under it. The
