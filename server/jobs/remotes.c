@@ -173,16 +173,19 @@ bool jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *r
     return may;
 }
 
-void jobs_remotes_bar(struct jobs_remotes *remotes, const char *who, const char *why)
+bool jobs_remotes_bar(struct jobs_remotes *remotes, const char *who, const char *why)
 {
     const struct jobs_remote_state *state;
+    bool known;
 
     pthread_mutex_lock(&remotes->mutex);
     state = find(remotes, who);
-    if (state && !jobs_bars_find(remotes, &state->remote)) {
+    known = state != NULL;
+    if (known && !jobs_bars_find(remotes, &state->remote)) {
         jobs_bars_add(remotes, &state->remote, why);
     }
     pthread_mutex_unlock(&remotes->mutex);
+    return known;
 }
 
 bool jobs_remotes_barred(struct jobs_remotes *remotes, const char *who)

@@ -84,6 +84,7 @@ bool jobs_verify(struct jobs_run *run, const struct jobs_open_round *round, size
     const struct jobs_round *what = round->what;
     struct jobs *jobs = run->jobs;
     char why[160];
+    bool barred = false;
     /* Of a worker that was found false since it has brought this, all is computed again. */
     bool chosen = is_chosen(jobs->config.verify_tasks) ||
                   (slot->who[0] && jobs_remotes_barred(&jobs->remotes, slot->who));
@@ -103,7 +104,7 @@ bool jobs_verify(struct jobs_run *run, const struct jobs_open_round *round, size
         (void)snprintf(why, sizeof why,
                        "Other bits for a task of %s (%s) than the service computes.", round->job,
                        what->kind->name);
-        jobs_remotes_bar(&jobs->remotes, slot->who, why);
+        barred = jobs_remotes_bar(&jobs->remotes, slot->who, why);
         end_leases(jobs);
     }
     result->problem_code = "task-failed";
@@ -111,8 +112,9 @@ bool jobs_verify(struct jobs_run *run, const struct jobs_open_round *round, size
                    "Worker %s returned other bits for task %zu of %zu (%s) than the service "
                    "computes. %s; ask for the job again.",
                    slot->row.worker, index + 1, what->n, what->kind->name,
-                   slot->who[0]
-                       ? "Neither it nor others on its host with its token get tasks for a day"
+                   barred ? "Neither it nor others on its host with its token get tasks for a day"
+                   : slot->who[0]
+                       ? "It has given no sign since: see that it is not started again"
                        : "That was before the service was started again: end that worker");
     return false;
 }

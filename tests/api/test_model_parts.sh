@@ -82,6 +82,12 @@ compare "$(jq -s '[.[0].surface.x, .[1].x] | transpose | map(.[0] - .[1] | fabs)
     '<' 1e-4 'is that of the part'
 get "/v1/models/$MODEL/shape?coefficients=2,-1&part=left&format=ply"
 is "$STATUS" 200 'shapes are meshes as well'
+get "/v1/models/$MODEL/shape?coefficients=2&part=left"
+OFFSET=$(json .offset)
+compare "$OFFSET" '>' 0 'how far a shape is from its point'
+execute pca-parts '{"cohort":"both","register":false,"modes":0,"weights":{"left":4,"right":4}}'
+get "/v1/models/$(json .model.id)/shape?coefficients=2&part=left"
+compare "$(jq -n "($(json .offset) - $OFFSET | fabs) / $OFFSET")" '<' 1e-6 'does not depend on what the parts weigh'
 get "/v1/models/$MODEL/shape?coefficients=0"
 is_problem 422 invalid-input 'a shape of no part'
 get "/v1/models/$MODEL/shape?coefficients=0&part=middle"
