@@ -45,8 +45,8 @@ struct compute_mean_outputs {
  * The mean in the pulled-back metric begins from that: surfaces are registered to it, where they
  * are, and its surface, the distances to it and what it loses of the mean SRNF take the place of
  * those; it has no checkpoint of its own.
- * A job has one checkpoint: of several means none is saved, and what an earlier attempt has left are
- * the first registrations of each.
+ * A job has one checkpoint: of several means none is saved, and what an earlier attempt has left
+ * are the first registrations of each.
  * Returns 0, or a negative status with the problem in result; outputs are cleared with
  * compute_mean_clear in any case.
  */

@@ -154,8 +154,8 @@ enum jobs_remote_event {
 /* What became of a lease, of a task of that kind, of that worker. */
 void jobs_remotes_note(struct jobs_remotes *remotes, const char *who, enum jobs_remote_event event,
                        const char *kind);
-/* The worker gets no more tasks, nor do others on its host with its token. False: it gave no sign of
-   late, and is not known any more. */
+/* The worker gets no more tasks, nor do others on its host with its token. False: it gave no sign
+   of late, and is not known any more. */
 bool jobs_remotes_bar(struct jobs_remotes *remotes, const char *who, const char *why);
 /* Whether the worker is barred. */
 bool jobs_remotes_barred(struct jobs_remotes *remotes, const char *who);
