@@ -175,7 +175,7 @@ async function main() {
         await waitText(page, 'Open the cohort cells', 120000);
         await press(page, 'Open the cohort cells');
         await waitText(page, '50 members');
-        await page.$eval('.long', (node) => { node.style.maxHeight = 'none'; });
+        await (await page.waitForSelector('.long')).evaluate((node) => { node.style.maxHeight = 'none'; });
         await page.waitForFunction(() => document.querySelectorAll('.long tbody input[aria-label^="note of"]').length === 50);
         if (await ran(page)) return 'a cell ran';
         const missing = await unsaid(page);
