@@ -20,11 +20,8 @@ start_server "$SCRATCH/data" --workers 2 || exit 1
 N=12
 [ -n "$SRNFD_SANITIZED" ] && N=6
 python3 - "$URL" $N >"$SCRATCH/members.json" <<'PYTHON'
-import json, math, random, sys, urllib.request
-
-def send(path, document):
-    request = urllib.request.Request(sys.argv[1] + path, json.dumps(document).encode(), {'Content-Type': 'application/json'})
-    return json.load(urllib.request.urlopen(request))
+import json, random, sys
+from service import send
 
 lmax = 4
 random.seed(3)

@@ -11,11 +11,8 @@ start_server "$SCRATCH/data" --workers 2 || exit 1
 # Twelve subjects of two ellipsoids with bumps that follow no rule; both grow with age. The last two are no members: one
 # alike, and one whose right part has a bump.
 MEMBERS=$(python3 - "$URL" <<'PYTHON'
-import json, math, sys, urllib.request
-
-def send(path, document):
-    request = urllib.request.Request(sys.argv[1] + path, json.dumps(document).encode(), {'Content-Type': 'application/json'})
-    return json.load(urllib.request.urlopen(request))
+import json, math
+from service import send
 
 members, lmax = [], 4
 for i in range(14):

@@ -14,11 +14,8 @@ start_server "$SCRATCH/data" --workers 2 || exit 1
 # Six subjects with bumps of their own, at times 0, 1 and 2: z grows by 0.2 from 0 to 1. And six with two sides, mirror
 # images but that x is longer by 0.2 on the right.
 python3 - "$URL" >"$SCRATCH/members.json" <<'PYTHON'
-import json, math, sys, urllib.request
-
-def send(path, document):
-    request = urllib.request.Request(sys.argv[1] + path, json.dumps(document).encode(), {'Content-Type': 'application/json'})
-    return json.load(urllib.request.urlopen(request))
+import json, math
+from service import send
 
 lmax = 5
 def surface(subject, visit, x, z, mirror=False, turn=0):

@@ -10,11 +10,8 @@ start_server "$SCRATCH/data" --workers 2 || exit 1
 
 # Ellipsoids with bumps that follow no rule; z grows with age.
 MEMBERS=$(python3 - "$URL" <<'PYTHON'
-import json, math, sys, urllib.request
-
-def send(path, document):
-    request = urllib.request.Request(sys.argv[1] + path, json.dumps(document).encode(), {'Content-Type': 'application/json'})
-    return json.load(urllib.request.urlopen(request))
+import json, math
+from service import send
 
 members, lmax = [], 5
 for i in range(18):

@@ -12,11 +12,8 @@ start_server "$SCRATCH/data" --workers 2 || exit 1
 # Ten subjects with bumps of their own, three visits each but one of four: z grows by 0.1 a year, in patients by 0.2, and
 # in the last patient by 0.6.
 python3 - "$URL" >"$SCRATCH/members.json" <<'PYTHON'
-import json, math, sys, urllib.request
-
-def send(path, document):
-    request = urllib.request.Request(sys.argv[1] + path, json.dumps(document).encode(), {'Content-Type': 'application/json'})
-    return json.load(urllib.request.urlopen(request))
+import json, math
+from service import send
 
 lmax = 5
 def surface(subject, visit, z):
@@ -192,11 +189,8 @@ cohort usual 'map(select(.subject != "s9")) | reverse'
 run usual ',"formula":"shape ~ group","fields":true'
 is "$(result | cmp - "$SCRATCH/forward" 2>&1)" '' 'in another order they are the same, bit for bit'
 python3 - "$URL" >"$SCRATCH/members.json" <<'PYTHON'
-import json, math, random, sys, urllib.request
-
-def send(path, document):
-    request = urllib.request.Request(sys.argv[1] + path, json.dumps(document).encode(), {'Content-Type': 'application/json'})
-    return json.load(urllib.request.urlopen(request))
+import json, math, random
+from service import send
 
 def turn(seed):
     w, x, y, z = [random.Random(4 * seed + k).gauss(0, 1) for k in range(4)]

@@ -33,6 +33,9 @@ python3() {
     /usr/bin/python3 "$@"
 }
 
+# Scripts in Python find service.py.
+export PYTHONPATH=$ROOT/tests/support PYTHONDONTWRITEBYTECODE=1
+
 # ---- TAP -----------------------------------------------------------------------------------------------
 
 TAP_COUNT=0
