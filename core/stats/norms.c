@@ -310,9 +310,10 @@ static int close_run(struct norms *norms, const struct srnf_norm_options *option
     return SRNF_OK;
 }
 
-int srnf_score(const struct srnf_sht *sht, const struct srnf_norm_model *model, const double *q,
+/* The score of q, or, where asked, its map alone. */
+static int run(const struct srnf_sht *sht, const struct srnf_norm_model *model, const double *q,
                const struct srnf_norm_options *options, const struct srnf_context *context,
-               struct srnf_score *score, struct srnf_error *error)
+               bool map_alone, struct srnf_score *score, struct srnf_error *error)
 {
     struct srnf_norm_options defaults = srnf_norm_options_defaults();
     struct srnf_score found = {0};
@@ -322,25 +323,27 @@ int srnf_score(const struct srnf_sht *sht, const struct srnf_norm_model *model, 
 
     options = options ? options : &defaults;
     status = open_run(sht, model, q, options, context, &norms, &first);
-    if (status == SRNF_OK && options->map && model->grid && model->grid != srnf_sht_grid(sht)) {
+    if (status == SRNF_OK && map_alone) {
+        status = make_map(&norms, q, options, 0.0, &found, &first);
+    } else if (status == SRNF_OK && options->map && model->grid &&
+               model->grid != srnf_sht_grid(sht)) {
         status = srnf_fail(&first, SRNF_EINVAL, -1, "stacked fields have no map");
+    } else if (status == SRNF_OK) {
+        status = compute(&norms, q, options, &found, &first);
     }
-    status = status ? status : compute(&norms, q, options, &found, &first);
     return close_run(&norms, options, status, &found, score, &first, error);
+}
+
+int srnf_score(const struct srnf_sht *sht, const struct srnf_norm_model *model, const double *q,
+               const struct srnf_norm_options *options, const struct srnf_context *context,
+               struct srnf_score *score, struct srnf_error *error)
+{
+    return run(sht, model, q, options, context, false, score, error);
 }
 
 int srnf_norm_map(const struct srnf_sht *sht, const struct srnf_norm_model *model, const double *q,
                   const struct srnf_norm_options *options, const struct srnf_context *context,
                   struct srnf_score *score, struct srnf_error *error)
 {
-    struct srnf_norm_options defaults = srnf_norm_options_defaults();
-    struct srnf_score found = {0};
-    struct srnf_error first = {0};
-    struct norms norms;
-    int status;
-
-    options = options ? options : &defaults;
-    status = open_run(sht, model, q, options, context, &norms, &first);
-    status = status ? status : make_map(&norms, q, options, 0.0, &found, &first);
-    return close_run(&norms, options, status, &found, score, &first, error);
+    return run(sht, model, q, options, context, true, score, error);
 }

@@ -107,8 +107,8 @@ static size_t choose(struct jobs *jobs, struct jobs_open_round *round, const cha
             return i;
         }
         lost++;
-        if (!(round->withheld > 0.0)) {
-            round->withheld = clock_now() + ASK_AGAIN_SECONDS;
+        if (!(round->offer_at > 0.0)) {
+            round->offer_at = clock_now() + ASK_AGAIN_SECONDS;
         }
     }
     return SIZE_MAX;

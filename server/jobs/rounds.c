@@ -150,9 +150,9 @@ static void expire(struct jobs_run *run, struct jobs_open_round *round)
    held. */
 static bool must_offer(struct jobs_open_round *round)
 {
-    bool due = round->withheld > 0.0 && clock_now() >= round->withheld;
+    bool due = round->offer_at > 0.0 && clock_now() >= round->offer_at;
 
-    round->withheld = due ? 0.0 : round->withheld;
+    round->offer_at = due ? 0.0 : round->offer_at;
     return due;
 }
 

@@ -53,7 +53,7 @@ struct jobs_open_round {
     size_t first_leased;        /* SIZE_MAX: none */
     size_t cursor;              /* no slot before it is WAITING */
     size_t users;
-    double withheld; /* when all who wait are to be asked again, since a task is free that was not,
+    double offer_at; /* when all who wait are to be asked again, since a task is free that was not,
                         or was not given to one who lost it; by the monotonic clock, 0: never */
     bool failed;     /* a task was lost too often, or for certain */
     size_t poison;

@@ -66,7 +66,7 @@ void jobs_slot_free(struct jobs_open_round *round, size_t index)
     unlink_slot(round, slot);
     slot->state = SLOT_WAITING;
     round->cursor = index < round->cursor ? index : round->cursor;
-    round->withheld = clock_now(); /* whoever waits is asked at the next look */
+    round->offer_at = clock_now(); /* whoever waits is asked at the next look */
     pthread_cond_signal(&round->changed);
 }
 

@@ -6,7 +6,7 @@
  *   cancel.c    pilots that are not needed, and those that nobody knows
  *   operations.c  jobs that have pilots: how many each wants, when to try again, what to say
  *   queue.c     what squeue answers
- *   script.c    what sbatch gets
+ *   script.c    what sbatch is given
  *   command.c   running one program with a deadline
  *
  * One thread, srnfd-slurm, does all of it; slurm_wake is the only way in, under slurm->mutex.
@@ -64,7 +64,7 @@ struct slurm_element {
 /* Elements (malloc) of what squeue printed; false: it is not what squeue prints, or no memory. */
 bool slurm_queue_read(const char *text, struct slurm_element **elements, size_t *n);
 
-/* ---- What sbatch gets (script.c) ------------------------------------------------------------- */
+/* ---- What sbatch is given (script.c) --------------------------------------------------------- */
 
 /* The script of an array whose pilots prove themselves by this token: malloc; NULL with a sentence
    where memory is short or the certificate cannot be read. */

@@ -515,39 +515,65 @@ static void compare_chains(const struct srnf_warp *a, const struct srnf_warp *b,
     srnf_free(memory);
 }
 
+/* A chain of many steps, and what is left of it once it was refitted. */
+struct refit {
+    struct bench bench;
+    struct nodes_of grid;
+    struct cloud spare;
+    struct srnf_warp before, chain;
+    double objective;
+};
+
+static void open_refit(struct refit *r, int still, size_t steps, double step)
+{
+    struct bench *t = &r->bench;
+
+    open_bench(t, SRNF_REPRESENTATION_SRNF, 8, 3.0, !still);
+    r->grid = (struct nodes_of){t->a.grid->kind, t->a.grid->n_theta, t->a.grid->n_phi};
+    assert_int_equal(cloud_create(&r->spare, t->cloud.n), SRNF_OK);
+    many_steps(t, still, steps, step, &r->before);
+    many_steps(t, still, steps, step, &r->chain);
+    r->objective = t->cloud.objective;
+}
+
+static void refit(struct refit *r, double worse, size_t links)
+{
+    struct bench *t = &r->bench;
+
+    assert_int_equal(
+        warp_refit(&t->tabulated, &r->grid, 20, worse, &t->cloud, &r->spare, &r->chain), SRNF_OK);
+    assert_int_equal(r->chain.n_links, links);
+}
+
+/* The chain is near to what it was, by the objective and by where it leads, and has an inverse. */
+static void close_refit(struct refit *r, int still, double worse, double far)
+{
+    struct bench *t = &r->bench;
+    double apart, back;
+
+    assert_int_equal(warp_is_still(&r->chain), still);
+    figure_below("objective", fabs(t->cloud.objective / r->objective - 1.0), worse);
+    compare_chains(&r->before, &r->chain, t->warp.n, t->problem.target.points, &apart, &back);
+    figure_below("apart", apart, far);
+    figure_below("there and back", back, 1e-10);
+    srnf_warp_clear(&r->before);
+    srnf_warp_clear(&r->chain);
+    cloud_clear(&r->spare);
+    close_bench(t);
+}
+
 static void many_steps_become_one(void **state)
 {
     (void)state;
     for (int still = 0; still < 2; still++) {
-        struct srnf_warp before, chain;
-        struct nodes_of grid;
-        struct cloud spare;
-        struct bench t;
-        double apart, back, objective;
+        struct refit r;
 
-        open_bench(&t, SRNF_REPRESENTATION_SRNF, 8, 3.0, !still);
-        grid = (struct nodes_of){t.a.grid->kind, t.a.grid->n_theta, t.a.grid->n_phi};
-        assert_int_equal(cloud_create(&spare, t.cloud.n), SRNF_OK);
-        many_steps(&t, still, 3, 0.01, &before);
-        many_steps(&t, still, 3, 0.01, &chain);
-        objective = t.cloud.objective;
-        assert_int_equal(warp_refit(&t.tabulated, &grid, 20, -1.0, &t.cloud, &spare, &chain),
-                         SRNF_OK);
-        assert_int_equal(chain.n_links, 5); /* none is better than it was by a whole */
-        assert_true(t.cloud.objective == objective);
-        assert_int_equal(warp_refit(&t.tabulated, &grid, 20, 0.01, &t.cloud, &spare, &chain),
-                         SRNF_OK);
-        assert_int_equal(chain.n_links, 2);
-        assert_int_equal(warp_is_still(&chain), still);
-        assert_int_equal(chain.links[still].kind, SRNF_WARP_EXP);
-        figure_below("objective", fabs(t.cloud.objective / objective - 1.0), 0.01);
-        compare_chains(&before, &chain, t.warp.n, t.problem.target.points, &apart, &back);
-        figure_below("apart", apart, 0.02);
-        figure_below("there and back", back, 1e-10);
-        srnf_warp_clear(&before);
-        srnf_warp_clear(&chain);
-        cloud_clear(&spare);
-        close_bench(&t);
+        open_refit(&r, still, 3, 0.01);
+        refit(&r, -1.0, 5); /* none is better than it was by a whole */
+        assert_true(r.bench.cloud.objective == r.objective);
+        refit(&r, 0.01, 2);
+        assert_int_equal(r.chain.links[still].kind, SRNF_WARP_EXP);
+        close_refit(&r, still, 0.01, 0.02);
     }
 }
 
@@ -556,30 +582,11 @@ static void steps_too_long_for_one_become_two(void **state)
 {
     (void)state;
     for (int still = 0; still < 2; still++) {
-        struct srnf_warp before, chain;
-        struct nodes_of grid;
-        struct cloud spare;
-        struct bench t;
-        double apart, back, objective;
+        struct refit r;
 
-        open_bench(&t, SRNF_REPRESENTATION_SRNF, 8, 3.0, !still);
-        grid = (struct nodes_of){t.a.grid->kind, t.a.grid->n_theta, t.a.grid->n_phi};
-        assert_int_equal(cloud_create(&spare, t.cloud.n), SRNF_OK);
-        many_steps(&t, still, 12, 0.003, &before);
-        many_steps(&t, still, 12, 0.003, &chain);
-        objective = t.cloud.objective;
-        assert_int_equal(warp_refit(&t.tabulated, &grid, 20, 0.02, &t.cloud, &spare, &chain),
-                         SRNF_OK);
-        assert_int_equal(chain.n_links, still ? 3 : 4);
-        assert_int_equal(warp_is_still(&chain), still);
-        figure_below("objective", fabs(t.cloud.objective / objective - 1.0), 0.02);
-        compare_chains(&before, &chain, t.warp.n, t.problem.target.points, &apart, &back);
-        figure_below("apart", apart, 0.05);
-        figure_below("there and back", back, 1e-10);
-        srnf_warp_clear(&before);
-        srnf_warp_clear(&chain);
-        cloud_clear(&spare);
-        close_bench(&t);
+        open_refit(&r, still, 12, 0.003);
+        refit(&r, 0.02, still ? 3 : 4);
+        close_refit(&r, still, 0.02, 0.05);
     }
 }
 
