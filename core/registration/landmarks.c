@@ -24,9 +24,31 @@ double landmarks_angle(const double a[3], const double b[3])
     return atan2(sqrt(vector_dot(cross, cross)), vector_dot(a, b));
 }
 
+/* The first of n points that coincides with one before it, which is *other; n: none does. */
+static size_t coincident(size_t n, const double *points, size_t *other)
+{
+    for (size_t i = 0; i < n; i++) {
+        for (*other = 0; *other < i; ++*other) {
+            if (landmarks_angle(points + 3 * i, points + 3 * *other) < SRNF_LANDMARKS_APART) {
+                return i;
+            }
+        }
+    }
+    return n;
+}
+
+bool landmarks_apart(size_t n, const double *points)
+{
+    size_t other;
+
+    return coincident(n, points, &other) == n;
+}
+
 /* One list of points: unit vectors, apart from each other. */
 static int check_points(size_t n, const double *points, const char *whose, struct srnf_error *error)
 {
+    size_t first, other;
+
     for (size_t i = 0; i < n; i++) {
         double length = vector_dot(points + 3 * i, points + 3 * i);
 
@@ -34,14 +56,11 @@ static int check_points(size_t n, const double *points, const char *whose, struc
             return srnf_fail(error, SRNF_EINVAL, (int64_t)i,
                              "landmark %zu of the %s is no unit vector", i, whose);
         }
-        for (size_t k = 0; k < i; k++) {
-            if (landmarks_angle(points + 3 * i, points + 3 * k) < SRNF_LANDMARKS_APART) {
-                return srnf_fail(error, SRNF_EINVAL, (int64_t)i,
-                                 "landmarks %zu and %zu of the %s coincide", k, i, whose);
-            }
-        }
     }
-    return SRNF_OK;
+    first = coincident(n, points, &other);
+    return first == n ? SRNF_OK
+                      : srnf_fail(error, SRNF_EINVAL, (int64_t)first,
+                                  "landmarks %zu and %zu of the %s coincide", other, first, whose);
 }
 
 int srnf_landmarks_check(const struct srnf_landmarks *landmarks, size_t degree,

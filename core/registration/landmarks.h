@@ -74,6 +74,8 @@ SRNF_CHECKED int landmarks_cost(const struct srnf_landmarks *landmarks,
                                 const struct srnf_warp *chain, double *cost);
 /* The angle between two unit vectors. */
 double landmarks_angle(const double a[3], const double b[3]);
+/* Whether no two of n unit vectors are within SRNF_LANDMARKS_APART of each other. */
+bool landmarks_apart(size_t n, const double *points);
 /* An orthonormal frame of the tangent plane at p. */
 void landmarks_frame(const double p[3], double t1[3], double t2[3]);
 /* Coordinates in the frame of the shortest tangent vector from p to b. */

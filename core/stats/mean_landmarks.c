@@ -10,6 +10,7 @@
  * the steps after them are corrected for it as those of a pair are (registration/landmarks.h); a
  * step of exact landmarks is zero at the b_ij, so that parts of it keep them too.
  *
+ * They start at the averages of the b_ij, or, where two of those coincide, at those of one subject.
  * Where the a_j are is a matter of the common warp of all subjects, which no distance sees: exact
  * ones stay where the start of the mean has them, and the centre (mean_center.c) moves under them.
  * The others follow the warps: after each step a_j <- exp_a_j(x), x the Gauss-Newton step of
@@ -107,25 +108,38 @@ int mean_landmarks_create(struct mean_run *run, struct srnf_error *error)
 
 /* ---- Where those of the mean are ------------------------------------------------------------- */
 
+/* The mean of landmark j over all subjects, on the sphere; where that has no direction it stays. */
+static void average(const struct mean_run *run, size_t j, double a[3])
+{
+    double sum[3] = {0.0, 0.0, 0.0}, length;
+
+    for (size_t i = 0; i < run->n; i++) {
+        for (size_t c = 0; c < 3; c++) {
+            sum[c] += own(run, i)[3 * j + c] / (double)run->n;
+        }
+    }
+    length = sqrt(vector_dot(sum, sum));
+    for (size_t c = 0; c < 3 && length > REST; c++) {
+        a[c] = sum[c] / length;
+    }
+}
+
 void mean_landmarks_start(struct mean_run *run, size_t start)
 {
-    for (size_t j = 0; run->landmarks && j < run->landmarks->n; j++) {
-        double *a = run->marks + 3 * j, length = 0.0;
+    bool plain = start == STATS_START_DEFAULT; /* the plain mean: all alike */
+    const double *from = run->landmarks ? own(run, plain ? 0 : start) : NULL;
+    size_t size = run->landmarks ? 3 * run->landmarks->n * sizeof *run->marks : 0;
 
-        memcpy(a, own(run, start == STATS_START_DEFAULT ? 0 : start) + 3 * j, 3 * sizeof *a);
-        if (start == STATS_START_DEFAULT) { /* the plain mean: all alike */
-            double sum[3] = {0.0, 0.0, 0.0};
-
-            for (size_t i = 0; i < run->n; i++) {
-                for (size_t c = 0; c < 3; c++) {
-                    sum[c] += own(run, i)[3 * j + c] / (double)run->n;
-                }
-            }
-            length = sqrt(vector_dot(sum, sum));
-            for (size_t c = 0; c < 3 && length > REST; c++) {
-                a[c] = sum[c] / length;
-            }
-        }
+    if (!from) {
+        return;
+    }
+    memcpy(run->marks, from, size);
+    for (size_t j = 0; plain && j < run->landmarks->n; j++) {
+        average(run, j, run->marks + 3 * j);
+    }
+    /* One point cannot be taken to two: averages that coincide give way to the first subject's. */
+    if (!landmarks_apart(run->landmarks->guiding, run->marks)) {
+        memcpy(run->marks, from, size);
     }
 }
 
