@@ -38,8 +38,9 @@
 
 /* Where a link to another server stands. */
 struct place {
-    const char *name; /* of the input, its key */
-    size_t element;   /* of its array, or NO_ELEMENT */
+    const char *name;   /* of the input, its key */
+    size_t element;     /* of its array, or NO_ELEMENT */
+    const char *member; /* of its object, or NULL */
 };
 
 /* What is being resolved. */
@@ -237,31 +238,71 @@ static json_t *meaning(struct resolving *r, json_t *value, const char *pointer)
     return json_incref(value);
 }
 
+static void put_within(json_t *input, const struct place *place, json_t *value)
+{
+    if (place->member) {
+        (void)json_object_set_new(input, place->member, value);
+    } else {
+        (void)json_array_set_new(input, place->element, value);
+    }
+}
+
+static json_t *get_within(const json_t *input, const struct place *place)
+{
+    return place->member ? json_object_get(input, place->member)
+                         : json_array_get(input, place->element);
+}
+
+/* Resolves what stands at r->place, in an array or an object of our own. */
+static void resolve_one(struct resolving *r, json_t *input, const char *pointer)
+{
+    json_t *one = get_within(input, &r->place), *new;
+
+    if (!json_is_object(one) || r->call->response->status != 0 || r->n_outputs > OUTPUTS_MAX ||
+        r->n_remote > REMOTE_MAX) {
+        return;
+    }
+    new = meaning(r, one, pointer);
+    if (new) {
+        put_within(input, &r->place, new);
+    }
+}
+
+static void resolve_within(struct resolving *r, json_t *input, const char *pointer)
+{
+    const char *name = r->place.name, *member;
+    json_t *value;
+    void *next;
+
+    for (size_t i = 0; i < json_array_size(input); i++) {
+        r->place = (struct place){name, i, NULL};
+        resolve_one(r, input, pointer);
+    }
+    json_object_foreach_safe(input, next, member, value)
+    {
+        r->place = (struct place){name, NO_ELEMENT, member};
+        resolve_one(r, input, pointer);
+    }
+}
+
 /* Puts what is here in the place of each value, and notes the links to other servers. */
 static void resolve_here(struct resolving *r, json_t *inputs)
 {
     const char *name;
-    json_t *value, *element;
+    json_t *value;
     void *next;
     char pointer[POINTER_MAX];
 
     json_object_foreach_safe(inputs, next, name, value)
     {
+        size_t n_remote = r->n_remote;
         json_t *new;
 
         point_to(pointer, name);
-        r->place = (struct place){name, NO_ELEMENT};
+        r->place = (struct place){name, NO_ELEMENT, NULL};
         new = meaning(r, value, pointer);
-        for (size_t i = 0; r->call->response->status == 0 && r->n_outputs <= OUTPUTS_MAX &&
-                           r->n_remote <= REMOTE_MAX && (element = json_array_get(new, i)) != NULL;
-             i++) {
-            json_t *one;
-
-            r->place.element = i;
-            one = json_is_object(element) ? meaning(r, element, pointer) : NULL;
-            if (one) {
-                (void)json_array_set_new(new, i, one);
-            }
+        if (new && r->n_remote == n_remote) {
+            resolve_within(r, new, pointer);
         }
         if (new) {
             (void)json_object_set_new(inputs, name, new);
@@ -271,12 +312,17 @@ static void resolve_here(struct resolving *r, json_t *inputs)
 
 /* ---- Other servers --------------------------------------------------------------------------- */
 
+static bool is_within(const struct place *place)
+{
+    return place->member || place->element != NO_ELEMENT;
+}
+
 static void put(json_t *inputs, const struct place *place, json_t *value)
 {
-    if (place->element == NO_ELEMENT) {
-        (void)json_object_set_new(inputs, place->name, value);
+    if (is_within(place)) {
+        put_within(json_object_get(inputs, place->name), place, value);
     } else {
-        (void)json_array_set_new(json_object_get(inputs, place->name), place->element, value);
+        (void)json_object_set_new(inputs, place->name, value);
     }
 }
 
@@ -313,7 +359,7 @@ static struct problem_list judge_form(struct resolving *r, const struct api_proc
     for (size_t i = 0; form && i < r->n_remote; i++) {
         const char *name = r->remote[i].name;
 
-        if (r->remote[i].element != NO_ELEMENT) {
+        if (is_within(&r->remote[i])) {
             (void)json_object_set_new(form, name, json_copy(json_object_get(form, name)));
         }
     }
@@ -365,7 +411,7 @@ static void fetch_all(struct resolving *r, json_t *inputs)
         const char *href, *type;
         json_t *id;
 
-        link = place->element == NO_ELEMENT ? link : json_array_get(link, place->element);
+        link = is_within(place) ? get_within(link, place) : link;
         href = json_string_value(json_object_get(link, "href"));
         type = json_string_value(json_object_get(link, "type"));
         point_to(pointer, place->name);

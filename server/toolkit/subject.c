@@ -14,6 +14,20 @@
 
 /* ---- Inputs ---------------------------------------------------------------------------------- */
 
+/* Of a part: RFC 6901 has its own way to write tildes and slashes. */
+static void write_pointer(const char *name, char *pointer, size_t size)
+{
+    size_t used = (size_t)snprintf(pointer, size, "/inputs/parts/");
+
+    for (const char *c = name; *c && used + 3 < size; c++) {
+        used += (size_t)snprintf(pointer + used, size - used, "%s%.1s",
+                                 *c == '~'   ? "~0"
+                                 : *c == '/' ? "~1"
+                                             : "",
+                                 *c == '~' || *c == '/' ? "" : c);
+    }
+}
+
 static void read_parts(struct process_inputs *inputs, const struct process_input *input)
 {
     json_t *value = json_object_get(inputs->given, input->name), *surface;
@@ -35,10 +49,10 @@ static void read_parts(struct process_inputs *inputs, const struct process_input
     canonical = json_object();
     json_object_foreach(value, name, surface)
     {
-        char pointer[NAME_MAX_BYTES + 32];
+        char pointer[2 * NAME_MAX_BYTES];
         const char *id;
 
-        (void)snprintf(pointer, sizeof pointer, "/inputs/parts/%.60s", name);
+        write_pointer(name, pointer, sizeof pointer);
         id = inputs_surface_at(inputs, surface, pointer, &degree);
         if (id) {
             (void)json_object_set_new(canonical, name, json_string(id));

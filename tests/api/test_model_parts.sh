@@ -128,6 +128,9 @@ is "$(json .trainingSubject)" true 'a member is known by all of its parts'
 compare "$(jq -s '[.[0].scores[3], .[1].scores] | transpose | map(.[0] - .[1] | fabs) | max' "$SCRATCH/both.json" "$BODY")" \
     '<' 1e-9 'and has its scores'
 compare "$(json .residual)" '<' 1e-6 'all of it is in the components'
+cp "$BODY" "$SCRATCH/third.json"
+execute project "{\"model\":\"$MODEL\",\"parts\":{\"left\":{\"href\":\"/v1/surfaces/$(id 3 0)\"},\"right\":{\"value\":\"$(id 3 1)\"}}}"
+is "$(jq -s 'map(.scores) | .[0] == .[1]' "$SCRATCH/third.json" "$BODY")" true 'its parts may be links, and values with a name'
 execute project "{\"model\":\"$MODEL\",\"parts\":{\"left\":\"$(id 3 0)\",\"right\":\"$(id 4 1)\"}}"
 is "$(json .trainingSubject)" false 'parts of two members are no member'
 both project 13
@@ -202,6 +205,7 @@ refused() { # PROCESS INPUTS REGEX NAME
 A=$(id 12 0) B=$(id 12 1)
 refused project "{\"model\":\"$MODEL\",\"surface\":\"$A\"}" \
     '/inputs/surface is one surface: .* several structures, .* of "left", "right"' 'one surface of several parts'
+refused project "{\"model\":\"$MODEL\",\"parts\":{\"l~/r\":7}}" '/inputs/parts/l~0~1r must' 'a name with a slash and a tilde'
 refused score "{\"model\":\"$MODEL\"}" '/inputs/parts is required' 'nothing'
 refused project "{\"model\":\"$PLAIN\",\"parts\":{\"left\":\"$A\"}}" '/inputs/parts must be left out' 'parts of one structure'
 refused project "{\"model\":\"$PLAIN\"}" '/inputs/surface is required' 'no surface'
