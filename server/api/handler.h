@@ -165,6 +165,7 @@ struct api_process {
     /* Of a process whose results have a form as a table too: answers with the results of a
        successful job in this form (tables.h). Otherwise NULL. */
     void (*respond_table)(struct api_call *call, const struct store_job *job, int form);
+    bool condensed; /* and that as .npy has a condensed form, which `condensed` asks for */
 };
 /* The processes that a service offers, and what is the same for each: this layer knows none of
    them by name. */

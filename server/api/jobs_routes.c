@@ -146,10 +146,10 @@ static bool condensed_fits(struct api_call *call, const struct store_job *job, e
     if (!query_get(call, "condensed", text, sizeof text, &refused)) {
         return !refused;
     }
-    if (form == TABLE_NPY && strcmp(job->process, "distances") == 0) {
+    if (form == TABLE_NPY && api_process_find(call->api, job->process)->condensed) {
         return true;
     }
-    problem_add(&problems, "/condensed", "only distances as .npy have a condensed form");
+    problem_add(&problems, "/condensed", "only symmetric matrices as .npy have a condensed form");
     (void)problem_respond_list(call, "invalid-input", &problems);
     return false;
 }

@@ -333,4 +333,5 @@ const struct api_process distances_process = {
     .table = &table,
     .seconds = distances_seconds,
     .respond_table = respond_table,
+    .condensed = true,
 };
