@@ -232,8 +232,11 @@ static bool prepare(struct api_call *call, struct shape *shape)
     }
     shape->coefficients = srnf_alloc((size_t)shape->model.components, sizeof(double));
     shape->scores = srnf_alloc((size_t)shape->model.components, sizeof(double));
-    if (!shape->coefficients || !shape->scores || shape->mean.lmax != shape->model.lmax) {
-        (void)problem_respond_store(call, STORE_NOMEM, "", "");
+    status = !shape->coefficients || !shape->scores  ? STORE_NOMEM
+             : shape->mean.lmax != shape->model.lmax ? STORE_CORRUPT
+                                                     : STORE_OK;
+    if (status) {
+        (void)problem_respond_store(call, status, "", shape->model.id);
         return false;
     }
     return read_coefficients(call, shape) && read_format(call, shape);

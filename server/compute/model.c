@@ -88,6 +88,17 @@ static struct srnf_pca view_of(const struct store_model *stored)
                              .scores = stored->arrays[STORE_MODEL_SCORES]};
 }
 
+/* The surface that searches start at. An imported file may name one of another degree. */
+static int load_mean(struct jobs_run *run, struct compute_model *model, struct jobs_result *result)
+{
+    int status = compute_surface_load(run, model->stored.mean, 0.0, &model->mean, result);
+
+    if (status == 0 && model->mean.degree != (size_t)model->stored.lmax) {
+        status = compute_fail_store(result, STORE_CORRUPT, model->stored.id);
+    }
+    return status;
+}
+
 int compute_model_load(struct jobs_run *run, const char *id, struct compute_model *model,
                        struct jobs_result *result)
 {
@@ -101,7 +112,7 @@ int compute_model_load(struct jobs_run *run, const char *id, struct compute_mode
     }
     model->pca = view_of(stored);
     model->joint = compute_joint_of_one(stored);
-    status = compute_surface_load(run, stored->mean, 0.0, &model->mean, result);
+    status = load_mean(run, model, result);
     if (status) {
         compute_model_clear(model);
     }
@@ -124,7 +135,7 @@ int compute_model_part(struct jobs_run *run, const struct compute_model *model, 
     }
     out->pca = view_of(&out->stored);
     out->joint = compute_joint_of_one(&out->stored);
-    status = status ? status : compute_surface_load(run, out->stored.mean, 0.0, &out->mean, result);
+    status = status ? status : load_mean(run, out, result);
     if (status) {
         compute_model_clear(out);
     }

@@ -235,6 +235,23 @@ get "/v1/models/$MODEL/shape?coefficients=0&part=right"
 is "$(jq -s '.[0].surface == .[1].surface' "$SCRATCH/shape.json" "$BODY")" true 'where it has the same shapes'
 both project 3
 is "$(json .trainingSubject)" true 'and knows its members'
+
+# A file that somebody made may name a mean of another degree than the model's.
+post_json /v1/surfaces "$(jq -nc '[range(36) | 0] as $no | {coefficients:{lmax:5,x:($no | .[3] = 1),y:($no | .[1] = 1),z:($no | .[2] = 1)}}')"
+SMALL=$(json .id)
+stop_server
+cp "$SCRATCH/second/srnfd.db" "$SCRATCH/sound.db"
+sqlite3 "$SCRATCH/second/srnfd.db" "UPDATE model SET record = replace(record, '$MEAN', '$SMALL') WHERE id = '$MODEL'"
+start_server "$SCRATCH/second" || exit 1
+get "/v1/models/$MODEL/shape?coefficients=0&part=right"
+is_problem 500 data-damaged 'a part whose mean is of another degree has no shape'
+execute modes "{\"model\":\"$MODEL\",\"coefficients\":[0]}"
+is_problem 500 data-damaged 'and no modes'
+execute sample "{\"model\":\"$MODEL\",\"count\":1}"
+is_problem 500 data-damaged 'nor samples'
+stop_server
+cp "$SCRATCH/sound.db" "$SCRATCH/second/srnfd.db"
+start_server "$SCRATCH/second" || exit 1
 request DELETE "/v1/models/$MODEL?cascade=true"
 like "$STATUS" '^20' 'and is deleted'
 get "/v1/models/$MODEL"
