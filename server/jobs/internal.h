@@ -110,7 +110,8 @@ struct store_scratch; /* store/scratch.h */
 struct jobs_scratch {
     struct store_scratch *file; /* NULL: none was asked for */
     struct srnf_scratch lent;
-    atomic_int failed; /* STORE_* of the first write or read that did, or STORE_OK */
+    atomic_uint_fast64_t end; /* of all that was written */
+    atomic_int failed;        /* STORE_* of the first write or read that did, or STORE_OK */
 };
 /* Where scratch has failed, that is the problem. */
 void jobs_scratch_judge(const struct jobs_run *run, struct jobs_result *result);

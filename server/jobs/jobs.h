@@ -180,8 +180,8 @@ void jobs_run_search_by(struct jobs_run *run,
    core, which passes on no more than a status. The first one counts. On the thread of the run. */
 void jobs_run_fail(struct jobs_run *run, const struct jobs_result *result);
 /* Room outside of memory for what a large job has: a file of the job, which its next attempt finds
-   as it was and which goes with its end. NULL: there is none, which fails the job. On the thread of
-   the run. */
+   as it was and which goes with its end; `used` is the end of what it has at this call. NULL: there
+   is none, which fails the job. On the thread of the run. */
 const struct srnf_scratch *jobs_run_scratch(struct jobs_run *run);
 /* Bytes of encodings that may be kept for later jobs; 0: none are. */
 int64_t jobs_run_encodings_limit(const struct jobs_run *run);

@@ -28,7 +28,11 @@ static int judge(struct jobs_scratch *scratch, int status)
 static int on_write(void *user, uint64_t offset, const void *bytes, size_t size)
 {
     struct jobs_scratch *scratch = user;
+    uint_fast64_t end = atomic_load(&scratch->end);
 
+    while (end < offset + size &&
+           !atomic_compare_exchange_weak(&scratch->end, &end, offset + size)) {
+    }
     return judge(scratch, store_scratch_write(scratch->file, offset, bytes, size));
 }
 
@@ -51,6 +55,10 @@ const struct srnf_scratch *jobs_run_scratch(struct jobs_run *run)
     if (!scratch->file && judge(scratch, store_scratch_open(run->jobs->config.store, job->id, same,
                                                             &scratch->file, &scratch->lent.used))) {
         return NULL;
+    }
+    /* Who asks again goes on behind what was written: parts have a mean each. */
+    if (scratch->lent.used < atomic_load(&scratch->end)) {
+        scratch->lent.used = atomic_load(&scratch->end);
     }
     scratch->lent.user = scratch;
     scratch->lent.write = on_write;

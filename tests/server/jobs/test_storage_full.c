@@ -54,6 +54,8 @@ static void run_scratch(struct jobs_run *run, void *user, const char *inputs,
     if (status == SRNF_OK && (scratch->read(scratch->user, at - sizeof read, read, sizeof read) ||
                               memcmp(read, bytes, sizeof read) != 0)) {
         result->problem_code = "data-damaged";
+    } else if (status == SRNF_OK && jobs_run_scratch(run)->used != at) {
+        result->problem_code = "internal"; /* the next who asks would write over it */
     } else {
         result->results = strdup("{}");
     }
