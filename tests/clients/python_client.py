@@ -1,6 +1,7 @@
 """The Python client against the real daemon: records as arrays, jobs, studies that are interrupted, a daemon that returns."""
 
 import io
+import json
 import pathlib
 import sys
 import tempfile
@@ -219,6 +220,8 @@ class Studies(unittest.TestCase):
         again = self.study().distances()
         self.assertEqual((again.matrix.tolist(), made("distances")), (matrix.tolist(), jobs))
         self.assertEqual(set(again.raw["groups"]), set(self.study().labels()))
+        kept = json.loads((self.study().out / "results/distances.json").read_text())
+        self.assertEqual(kept["groups"], again.raw["groups"])
         self.assertIn("case", again.raw["groups"])
         self.labels.write_text(nuclei_table().replace(",A,", ",lh,"))
         self.study().distances()

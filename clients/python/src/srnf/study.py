@@ -259,6 +259,7 @@ class Study:
         key = digest(["distances", asked, [s.id for s in self._surfaces], subjects, sides])
         result = self._result("distances", "distances", {"cohort": cohort.name, **asked}, key)
         result.raw["groups"] = [m.label for m in self.members]
+        self._write("distances", result)
         return result
 
     def mean(self, **options: Any) -> Result:
@@ -456,11 +457,14 @@ class Study:
         self.state.put("jobs", {key: job.id})
         self.state.note(steps={**self.state.data.get("steps", {}), name: job.id})
         result = job.result()
+        self._write(name, result)
+        self.results[name], self._keys[name] = result, key
+        return result
+
+    def _write(self, name: str, result: Result) -> None:
         folder = self.out / "results"
         folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{name}.json").write_text(json.dumps(result.raw, indent=1), encoding="utf-8")
-        self.results[name], self._keys[name] = result, key
-        return result
 
     def _known_job(self, key: str) -> Optional[Job]:
         known = self.state.get("jobs", key)
