@@ -9,7 +9,9 @@
  *
  * P the projection on what is left of m visits by their mean, f = m - 1, or, of subjects with three
  * visits or more among themselves, by their line, f = m - 2. A surface that takes the place of
- * visit a is seen at the time of that: y_b - (t_a - t_b) b.
+ * visit a is seen at the time of that: z = y_b - (t_a - t_b) b, and then, with d = z - y_a,
+ *
+ *     f S' = f S + 2 sum over c of P_ac <d, y_c> + P_aa <d, d>.
  *
  * Visits of two subjects seem exchanged where both subjects scatter at least STANDS_OUT times as
  * far as the median of all, and with the two in each other's place at most ORDINARY times as far,
@@ -34,6 +36,7 @@ struct scatter {
     bool lines;     /* about lines, of those with three visits or more */
     double *gram;   /* [n + 1][n + 1] of the visits, and the mean slope */
     double *square; /* [subjects] S, -1 of those who are left out; and as many of scratch */
+    double *middle; /* [subjects] the mean time of the visits */
     double median;  /* of S */
 };
 
@@ -81,47 +84,53 @@ static bool is_in(const struct scatter *c, size_t k)
 /* P_ac of two visits of subject k. */
 static double left_of(const struct scatter *c, size_t k, size_t a, size_t other)
 {
-    const struct subjects *s = c->s;
-    double m = (double)s->size[k];
-    double left = (a == other ? 1.0 : 0.0) - 1.0 / m;
-    double middle = 0.0;
+    double left = (a == other ? 1.0 : 0.0) - 1.0 / (double)c->s->size[k];
 
-    if (!c->lines) {
-        return left;
+    if (c->lines) {
+        left -= (trajectory_time(c->run, a) - c->middle[k]) *
+                (trajectory_time(c->run, other) - c->middle[k]) / c->run->spread[k];
     }
-    for (size_t v = s->start[k]; v < s->start[k + 1]; v++) {
-        middle += trajectory_time(c->run, s->members[v]) / m;
-    }
-    return left - (trajectory_time(c->run, a) - middle) *
-                      (trajectory_time(c->run, other) - middle) / c->run->spread[k];
+    return left;
 }
 
-/* S of subject k with surface b in the place of its visit a, which may be itself. */
-static double square_with(const struct scatter *c, size_t k, size_t a, size_t b)
+static double freedom_of(const struct scatter *c, size_t k)
+{
+    return (double)(c->s->size[k] - (c->lines ? 2 : 1));
+}
+
+/* S of subject k. */
+static double square_of(const struct scatter *c, size_t k)
 {
     const struct subjects *s = c->s;
-    const double *row = c->gram + b * (c->n + 1);
-    const double *slope = c->gram + c->n * (c->n + 1);
-    double later = trajectory_time(c->run, a) - trajectory_time(c->run, b);
     double sum = 0.0;
 
     for (size_t v = s->start[k]; v < s->start[k + 1]; v++) {
+        const double *row = c->gram + s->members[v] * (c->n + 1);
+
         for (size_t o = s->start[k]; o < s->start[k + 1]; o++) {
-            size_t i = s->members[v];
-            size_t j = s->members[o];
-            double product = c->gram[i * (c->n + 1) + j];
-
-            if (i == a && j == a) {
-                product = row[b] - 2.0 * later * slope[b] + later * later * slope[c->n];
-            } else if (i == a || j == a) {
-                size_t own = i == a ? j : i;
-
-                product = row[own] - later * slope[own];
-            }
-            sum += left_of(c, k, i, j) * product;
+            sum += left_of(c, k, s->members[v], s->members[o]) * row[s->members[o]];
         }
     }
-    return fmax(sum, 0.0) / (double)(s->size[k] - (c->lines ? 2 : 1));
+    return fmax(sum, 0.0) / freedom_of(c, k);
+}
+
+/* S' of subject k with surface b, another subject's, in the place of its visit a. */
+static double square_with(const struct scatter *c, size_t k, size_t a, size_t b)
+{
+    const struct subjects *s = c->s;
+    const double *own = c->gram + a * (c->n + 1), *row = c->gram + b * (c->n + 1);
+    const double *slope = c->gram + c->n * (c->n + 1);
+    double later = trajectory_time(c->run, a) - trajectory_time(c->run, b);
+    double seen = row[b] - 2.0 * later * slope[b] + later * later * slope[c->n]; /* <z, z> */
+    double sum = c->square[k] * freedom_of(c, k);
+
+    for (size_t v = s->start[k]; v < s->start[k + 1]; v++) {
+        size_t i = s->members[v];
+
+        sum += 2.0 * left_of(c, k, a, i) * (row[i] - later * slope[i] - own[i]);
+    }
+    sum += left_of(c, k, a, a) * (seen - 2.0 * (row[a] - later * slope[a]) + own[a]);
+    return fmax(sum, 0.0) / freedom_of(c, k);
 }
 
 static void fill_squares(struct scatter *c)
@@ -131,9 +140,11 @@ static void fill_squares(struct scatter *c)
     size_t count = 0;
 
     for (size_t k = 0; k < s->count; k++) {
-        size_t first = s->members[s->start[k]];
-
-        c->square[k] = is_in(c, k) ? square_with(c, k, first, first) : -1.0;
+        c->middle[k] = 0.0;
+        for (size_t v = s->start[k]; v < s->start[k + 1]; v++) {
+            c->middle[k] += trajectory_time(c->run, s->members[v]) / (double)s->size[k];
+        }
+        c->square[k] = is_in(c, k) ? square_of(c, k) : -1.0;
         if (is_in(c, k)) {
             sorted[count++] = c->square[k];
         }
@@ -192,7 +203,7 @@ static void find_all(const struct scatter *c, double *best, bool *done,
         best[k] = INFINITY;
     }
     for (size_t pass = 0; pass < 2; pass++) {
-        for (size_t k = 0; k < count; k++) {
+        for (size_t k = 0; k < count && !srnf_is_canceled(c->run->context); k++) {
             for (size_t l = k + 1; !done[k] && stands_out(c, k) && l < count; l++) {
                 double left =
                     !done[l] && stands_out(c, l) ? find_exchange(c, k, l, &found) : INFINITY;
@@ -223,7 +234,8 @@ int trajectory_doubts(struct trajectory_run *run, struct srnf_error *error)
     }
     if (c.n <= VISITS_MAX && status == SRNF_OK) {
         c.gram = srnf_alloc(c.n + 1, (c.n + 1) * sizeof(double));
-        c.square = srnf_alloc(count, 2 * sizeof(double));
+        c.square = srnf_alloc(count, 3 * sizeof(double));
+        c.middle = c.square ? c.square + 2 * count : NULL;
         run->out->exchanged = srnf_alloc(count, sizeof *run->out->exchanged);
         status = c.gram && c.square && run->out->exchanged ? SRNF_OK : SRNF_ENOMEM;
         status = status ? status : fill_gram(run, c.gram, error);
