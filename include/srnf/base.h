@@ -92,12 +92,13 @@ struct srnf_context {
        without. */
     bool (*recall)(void *user, uint64_t series, uint64_t index, size_t count, double *values);
     void (*keep)(void *user, uint64_t series, uint64_t index, size_t count, const double *values);
-    /* Registers surfaces to a field where the caller has other machines for it: calls search->take
-       once for each, on the calling thread and in any order, with what
-       srnf_register_to_field_landmarks finds of it. Asked by srnf_karcher_mean and
+    /* Registers surfaces to a field where the caller has other machines for it: for each, on the
+       calling thread and in any order, calls search->take once with what
+       srnf_register_to_field_landmarks finds of it, or search->unmet where its landmarks cannot be
+       met. Asked by srnf_karcher_mean and
        srnf_folds_compare, never inside parallel_for. Returns SRNF_OK; SRNF_SEARCH_HERE, before it
-       took any; SRNF_ECANCELED, also where the caller has failed in its own way; what take has
-       returned. NULL: as SRNF_SEARCH_HERE. */
+       took any; SRNF_ECANCELED, also where the caller has failed in its own way; what take
+       or unmet has returned. NULL: as SRNF_SEARCH_HERE. */
     int (*search)(void *user, const struct srnf_field_search *search, struct srnf_error *error);
 };
 

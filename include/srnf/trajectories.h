@@ -75,8 +75,8 @@ struct srnf_predicted_slope {
 /* Visits of two subjects that seem to have changed places. */
 struct srnf_exchanged_visits {
     size_t members[2];
-    /* Root mean squares of the visits of either subject about their mean, over the median of all
-       subjects', as they are and with the two exchanged. */
+    /* Root mean squares of the visits of either subject about their line, of two visits about their
+       mean, over the median of all subjects', as they are and with the two exchanged. */
     double before[2], after[2];
 };
 

@@ -7,6 +7,7 @@
 #ifndef SRNFD_API_MODEL_PARTS_H
 #define SRNFD_API_MODEL_PARTS_H
 
+#include "api/cohorts.h"
 #include "api/handler.h"
 #include "compute/model.h"
 
@@ -24,7 +25,7 @@ size_t model_name_find(const json_t *names, const char *name);
 
 /* The part that ?part= names, which models of several structures need and others must not have. */
 struct model_part {
-    char name[128]; /* "" of one structure */
+    char name[4 * COHORT_TEXT_MAX + 4]; /* "" of one structure */
     size_t index;
 };
 /* Chooses it, and makes the model that of it. False when a problem was answered. */

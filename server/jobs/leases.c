@@ -213,9 +213,9 @@ static bool may_have(struct jobs *jobs, const struct jobs_remote *remote)
 
     pthread_mutex_lock(&jobs->rounds.mutex);
     may = jobs_remotes_sign(&jobs->remotes, remote, &fresh);
-    if (fresh && may) {
+    if (fresh) {
         count_restored(jobs, remote);
-        may = jobs_remotes_sign(&jobs->remotes, remote, &fresh);
+        may = may && jobs_remotes_sign(&jobs->remotes, remote, &fresh);
     }
     pthread_mutex_unlock(&jobs->rounds.mutex);
     return may;

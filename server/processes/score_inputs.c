@@ -197,8 +197,8 @@ static bool check_complete(struct process_inputs *given, struct store_model *mod
     (void)srnf_pca_kept_variance(&pca, total, &complete);
     if (!complete || !(total > 0.0)) {
         problem_add(given->list, "/inputs/formula",
-                    "needs all components of the members, and the model keeps %zu: make it by pca "
-                    "without components",
+                    "needs all components of the members, and the model keeps %zu: make it again "
+                    "without the input components",
                     pca.components);
         return false;
     }

@@ -153,8 +153,8 @@ static void warn(const struct score *asked, const struct compute_projection *pro
         warning_add(warnings_of(document), "components-missing",
                     json_pack("{s:I}", "members", (json_int_t)found->n),
                     "The model keeps a part of the components of its %zu members, so that their "
-                    "shapes are not in it: there is no map and no calibration. Make it by pca "
-                    "without components.",
+                    "shapes are not in it: there is no map and no calibration. Make it again "
+                    "without the input components.",
                     found->n);
     }
     if (projection->training_subject) {
