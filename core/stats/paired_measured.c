@@ -25,8 +25,18 @@
  * D is estimated of the same data: the level holds in the limit of many subjects, and nearly so of
  * few (tests/core/stats/test_measured.c). All this needs the Gram matrix of z alone.
  *
- * Intervals draw subjects with their measurements (paired_bootstrap.c), those of F and of mean
- * squares of log-normal kind; V and its share 1 / (1 + 2 E / V) follow from these.
+ * Intervals draw subjects with their measurements (paired_bootstrap.c), those with a side that is
+ * measured repeatedly and the others apart, so that each sample has as many that tell of the error;
+ * those of F and of mean squares are of log-normal kind. The share 1 / (1 + 2 E / V) follows from F.
+ * With i and e the squared lengths from the mean squares I and E to the ends of their intervals, V
+ * has
+ *
+ *     (I - E -+ sqrt(i + e)) / w,
+ *
+ * with the lower end of I and the upper of E below, the others above (F. Graybill, C.-M. Wang,
+ * "Confidence intervals on nonnegative linear combinations of variances", 1980; N. Ting et al.,
+ * "Confidence intervals on linear combinations of variance components that are unrestricted in
+ * sign", 1990). How E varies between fewer than 5 subjects no drawing tells: there are no intervals.
  */
 #include "paired.h"
 
@@ -50,6 +60,7 @@ struct measured_run {
     struct subjects subjects;
     size_t n, count;     /* measurements; subjects */
     size_t *of_side;     /* [count][2] measurements of each */
+    size_t *order;       /* [count] subjects, those with repeated measurements first */
     double *gram;        /* [n][n] of z */
     double *weight;      /* [count] w_s */
     double *within;      /* [count] T_s */
@@ -127,7 +138,7 @@ static int open_run(struct measured_run *run, struct srnf_error *error)
     int status = subjects_open(&run->subjects, run->n, run->given->subjects, error);
     size_t count = run->subjects.count;
 
-    run->of_side = srnf_alloc(count, 2 * sizeof *run->of_side);
+    run->of_side = srnf_alloc(count, 3 * sizeof *run->of_side);
     run->gram = srnf_alloc(run->n, run->n * sizeof(double));
     run->differences = srnf_alloc(count, count * sizeof(double));
     run->weight = srnf_alloc(count, 3 * sizeof(double));
@@ -136,6 +147,7 @@ static int open_run(struct measured_run *run, struct srnf_error *error)
     }
     if (status == SRNF_OK) {
         run->count = count;
+        run->order = run->of_side + 2 * count;
         run->within = run->weight + count;
         run->about = run->within + count;
     }
@@ -448,7 +460,7 @@ static void draw(const struct measured_run *run, const double *counts, double *s
                 (int)count, weights, 1, 0.0, scratch, 1);
     between -= cblas_ddot((int)count, weights, 1, scratch, 1) / sum;
     values[0] = fmax(between, 0.0) / (double)(count - 1);
-    values[1] = freedom > 0.0 ? fmax(inside, 0.0) / freedom : 0.0;
+    values[1] = fmax(inside, 0.0) / freedom;
 }
 
 /* V from a mean square of interaction; and the share of V from F. */
@@ -457,11 +469,35 @@ static double root_of_excess(double excess, double w)
     return sqrt(fmax(excess, 0.0) / w);
 }
 
+static void set_fluctuating(const struct measured_run *run, const struct srnf_estimate *interaction,
+                            double w)
+{
+    struct srnf_asymmetry_test *out = run->out;
+    double excess = interaction->value - out->error;
+    double lower[2];
+    double upper[2];
+
+    for (size_t k = 0; k < 2; k++) {
+        double end = out->measured.interval[k];
+
+        lower[k] = k ? end * end - out->error : interaction->value - interaction->interval[0];
+        upper[k] = k ? interaction->interval[1] - interaction->value : out->error - end * end;
+    }
+    out->fluctuating.value = root_of_excess(excess, w);
+    out->fluctuating.interval[0] = root_of_excess(excess - hypot(lower[0], lower[1]), w);
+    out->fluctuating.interval[1] = root_of_excess(excess + hypot(upper[0], upper[1]), w);
+}
+
 static double share_of(double f, double w)
 {
     double ratio = fmax(f - 1.0, 0.0) / w;
 
     return ratio / (ratio + 2.0);
+}
+
+static void forget(struct srnf_estimate *estimate)
+{
+    estimate->interval[0] = estimate->interval[1] = NAN;
 }
 
 static void set_estimates(const struct measured_run *run, double *drawn)
@@ -479,11 +515,46 @@ static void set_estimates(const struct measured_run *run, double *drawn)
     paired_estimate(&interaction, out->interaction, false, false, samples, drawn);
     paired_estimate(&out->measured, out->error, false, true, samples, drawn + samples);
     paired_estimate(&out->f, run->observed, false, false, samples, drawn + 2 * samples);
-    out->fluctuating.value = root_of_excess(interaction.value - out->error, w);
+    set_fluctuating(run, &interaction, w);
     out->repeatability.value = share_of(out->f.value, w);
     for (size_t k = 0; k < 2; k++) {
-        out->fluctuating.interval[k] = root_of_excess(interaction.interval[k] - out->error, w);
         out->repeatability.interval[k] = share_of(out->f.interval[k], w);
+    }
+    if (out->repeated < SRNF_PAIRS_MIN) {
+        forget(&out->f);
+        forget(&out->fluctuating);
+        forget(&out->measured);
+        forget(&out->repeatability);
+    }
+}
+
+/* Subjects with repeated measurements, then the others. */
+static void order_subjects(struct measured_run *run)
+{
+    size_t at = 0;
+
+    for (int again = 1; again >= 0; again--) {
+        for (size_t k = 0; k < run->count; k++) {
+            if ((run->of_side[2 * k] + run->of_side[2 * k + 1] > 2) == again) {
+                run->order[at++] = k;
+            }
+        }
+        run->out->repeated = again ? at : run->out->repeated;
+    }
+}
+
+/* How often each subject is in a sample. */
+static void draw_subjects(const struct measured_run *run, size_t sample, double *counts)
+{
+    size_t repeated = run->out->repeated;
+
+    memset(counts, 0, run->count * sizeof(double));
+    for (size_t i = 0; i < run->count; i++) {
+        size_t first = i < repeated ? 0 : repeated;
+        size_t of = i < repeated ? repeated : run->count - repeated;
+
+        counts[run->order[first + stats_below(run->options->seed, DRAWING + sample, (uint32_t)i,
+                                              (uint32_t)of)]] += 1.0;
     }
 }
 
@@ -497,17 +568,14 @@ static int find_intervals(struct measured_run *run, struct srnf_error *error)
     int status = parts && counts && drawn ? SRNF_OK : SRNF_ENOMEM;
 
     if (status == SRNF_OK) {
+        order_subjects(run);
         fill_differences(run, parts, parts + count * run->n);
     }
     for (size_t k = 0; k < samples && status == SRNF_OK; k++) {
         double values[2];
         double more = (double)count / (double)(count - 1); /* a sample varies less */
 
-        memset(counts, 0, count * sizeof(double));
-        for (size_t i = 0; i < count; i++) {
-            counts[stats_below(run->options->seed, DRAWING + k, (uint32_t)i, (uint32_t)count)] +=
-                1.0;
-        }
+        draw_subjects(run, k, counts);
         draw(run, counts, counts + count, values);
         drawn[k] = more * values[0];
         drawn[samples + k] = values[1];

@@ -111,6 +111,9 @@ struct srnf_asymmetry_test {
        a measurement; and the share of the former in the variance of the difference of one
        measurement of either side. */
     struct srnf_estimate fluctuating, measured, repeatability;
+    /* Subjects with a side that is measured repeatedly. Of fewer than SRNF_PAIRS_MIN the intervals
+       are NAN, those of f too: how the error differs between subjects is not known. */
+    size_t repeated;
 };
 
 /*

@@ -26,6 +26,7 @@ static const char *const codes[] = {
     "extrapolated",
     "far-from-group",
     "far-from-model",
+    "few-replicates",
     "few-subjects",
     "label-at-border",
     "landmark-off-surface",

@@ -29,13 +29,15 @@ static const struct process_output outputs[] = {
      "What each surface is measured wrongly by is in it: see replicates."},
     {"replicates", OUTPUT_OBJECT_OR_NULL,
      "Where sides were measured repeatedly, the analysis of variance of individuals and sides, of "
-     "all measurements as they are registered to their mean: {measurements, individual, side, "
+     "all measurements as they are registered to their mean: {measurements, repeated (subjects "
+     "with a side that was), individual, side, "
      "interaction and error (mean squares, of squared L2 norms of SRNFs), degreesOfFreedom (of the "
      "last two), f {value, interval} (interaction over error), pValue, pValueIsFloor, "
      "pValueInterval, permutations (of measurements within subjects), relabellings, fluctuating "
      "(standard deviation of a subject's difference of sides about their mean, without error), "
      "measured (that of one measurement) and repeatability (share of the former in the variance of "
-     "a difference of two measurements), each {value, interval}, the lengths in L2 of SRNFs}. The "
+     "a difference of two measurements), each {value, interval}, the lengths in L2 of SRNFs}; "
+     "intervals are null where fewer than 5 subjects were measured repeatedly. The "
      "differences of the sides above are those of the means of their measurements. null: one "
      "each."},
     PAIRED_OUTPUTS("asymmetry", "the sides of a subject"),

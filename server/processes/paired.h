@@ -126,6 +126,8 @@ void paired_average(struct jobs_run *run, const struct group_mean *mean, size_t 
 int paired_replicates(struct jobs_run *run, const struct paired *asked,
                       const struct group_mean *mean, const struct srnf_sht *sht, json_t **found,
                       struct jobs_result *result);
+/* Warns where too few subjects were measured repeatedly. */
+void paired_warn_replicates(json_t *document, const json_t *replicates);
 double paired_seconds(const struct api_work *work, const json_t *canonical);
 
 #endif

@@ -7,6 +7,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "api/warnings.h"
+
 void paired_average(struct jobs_run *run, const struct group_mean *mean, size_t from, size_t count,
                     struct paired_side *side)
 {
@@ -64,25 +66,44 @@ static void fill_sizes(struct jobs_run *run, const struct paired *asked,
 
 static json_t *estimate_json(const struct srnf_estimate *estimate)
 {
-    return json_pack("{s:o, s:[f, f]}", "value", json_finite(estimate->value), "interval",
-                     estimate->interval[0], estimate->interval[1]);
+    const double *interval = estimate->interval;
+
+    return json_pack("{s:o, s:o}", "value", json_finite(estimate->value), "interval",
+                     isnan(interval[0]) ? json_null() : json_vector(interval, 2));
 }
 
 static json_t *test_json(size_t measurements, const struct srnf_asymmetry_test *found)
 {
-    json_t *object = json_pack(
-        "{s:I, s:f, s:f, s:f, s:f, s:[I, I], s:o, s:o, s:o, s:o}", "measurements",
-        (json_int_t)measurements, "individual", found->individual, "side", found->side,
-        "interaction", found->interaction, "error", found->error, "degreesOfFreedom",
-        (json_int_t)found->freedom[0], (json_int_t)found->freedom[1], "f", estimate_json(&found->f),
-        "fluctuating", estimate_json(&found->fluctuating), "measured",
-        estimate_json(&found->measured), "repeatability", estimate_json(&found->repeatability));
+    json_t *object =
+        json_pack("{s:I, s:I, s:f, s:f, s:f, s:f, s:[I, I], s:o, s:o, s:o, s:o}", "measurements",
+                  (json_int_t)measurements, "repeated", (json_int_t)found->repeated, "individual",
+                  found->individual, "side", found->side, "interaction", found->interaction,
+                  "error", found->error, "degreesOfFreedom", (json_int_t)found->freedom[0],
+                  (json_int_t)found->freedom[1], "f", estimate_json(&found->f), "fluctuating",
+                  estimate_json(&found->fluctuating), "measured", estimate_json(&found->measured),
+                  "repeatability", estimate_json(&found->repeatability));
 
     permutation_set_p(object, "pValue", found->p_value, &found->test);
     (void)json_object_set_new(object, "permutations",
                               json_integer((json_int_t)found->test.permutations));
     (void)json_object_set_new(object, "relabellings", json_finite(found->test.relabellings));
     return object;
+}
+
+void paired_warn_replicates(json_t *document, const json_t *replicates)
+{
+    const json_t *count = json_object_get(replicates, "repeated");
+    json_int_t repeated = json_integer_value(count);
+
+    if (count && repeated < (json_int_t)SRNF_PAIRS_MIN) {
+        warning_add(
+            warnings_of(document), "few-replicates",
+            json_pack("{s:I, s:I}", "subjects", repeated, "needed", (json_int_t)SRNF_PAIRS_MIN),
+            "Only %d of the subjects were measured repeatedly: how much the error of "
+            "measurement differs between subjects is not known, so that what rests on it "
+            "has no interval. Measure %zu subjects twice or more.",
+            (int)repeated, SRNF_PAIRS_MIN);
+    }
 }
 
 int paired_replicates(struct jobs_run *run, const struct paired *asked,

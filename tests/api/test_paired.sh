@@ -222,6 +222,12 @@ is "$(json '[.replicates, .directional, .fluctuating, .perSubject] | del(.[0].re
 cohort measured '.apart[1:]'
 run asymmetry measured
 is "$STATUS $(json .replicates.degreesOfFreedom[1])" '200 11' 'also where one was measured once'
+is "$(json '.replicates.repeated') $(json '[.warnings[].code] | index("few-replicates")')" '6 null' 'of enough subjects'
+cohort measured '[.apart[] | select(.covariates.replicate == 1 or .subject < "s4")]'
+run asymmetry measured
+is "$STATUS $(json '.replicates | [.repeated, .f.interval, .fluctuating.interval, .measured.interval, .repeatability.interval] | tojson')" \
+    '200 [4,null,null,null,null]' 'which four are not'
+is "$(json '[.warnings[] | select(.code == "few-replicates") | .figures | [.subjects, .needed]] | tojson')" '[[4,5]]' 'and are told so'
 cohort sides .sides
 run asymmetry sides
 is "$(json 'has("replicates") and .replicates == null')" true 'one of each tells nothing of it'

@@ -210,6 +210,106 @@ static void planted_asymmetry_is_found_with_its_size(void **state)
     figure_below("error of 128 subjects over that of 32", errors[2] / errors[1], 0.7);
 }
 
+/* All but the first subjects keep one measurement of each side. */
+static void repeat_only(struct measured *m, size_t subjects)
+{
+    size_t kept = 0;
+    size_t seen = 0;
+    int side = -1; /* of the measurement before */
+
+    for (size_t i = 0; i < m->n; i++) {
+        bool first = m->subjects[i] == i || m->side[i] != side;
+
+        seen += m->subjects[i] == i;
+        side = m->side[i];
+        if (seen <= subjects || first) {
+            memmove(m->q + kept * m->size, m->q + i * m->size, m->size * sizeof(double));
+            m->side[kept] = side;
+            m->subjects[kept++] = seen - 1;
+        }
+    }
+    m->n = m->given.n = kept;
+}
+
+/* Of 20 subjects so many are measured repeatedly. Returns how many of the runs have the error of a
+   measurement in its interval; none has one where none can be told. */
+static size_t cover(size_t repeated, bool told, size_t runs)
+{
+    size_t inside = 0;
+
+    for (size_t run = 0; run < runs; run++) {
+        const struct measured_plan plan = {20, false, 1.0, 0.2, 0.2, 400 + run};
+        struct srnf_asymmetry_test out;
+        struct measured m;
+        double length = 0.0;
+        double truth;
+
+        measured_open(&m, &plan);
+        for (size_t k = 0; k < MEASURED_PATTERNS; k++) {
+            length += norm2(&m, m.patterns + k * m.size);
+        }
+        truth = 0.2 * sqrt(length);
+        repeat_only(&m, repeated);
+        assert_int_equal(measured_test(&m, 9, run, NULL, &out), SRNF_OK);
+        assert_int_equal(out.repeated, repeated);
+        assert_true(out.measured.value > 0.0 && out.f.value > 0.0);
+        for (size_t k = 0; k < 2; k++) {
+            assert_int_equal(isfinite(out.measured.interval[k]), told);
+            assert_int_equal(isfinite(out.f.interval[k]), told);
+            assert_int_equal(isfinite(out.fluctuating.interval[k]), told);
+            assert_int_equal(isfinite(out.repeatability.interval[k]), told);
+        }
+        assert_true(!told || out.measured.interval[1] > out.measured.value);
+        inside += out.measured.interval[0] <= truth && truth <= out.measured.interval[1];
+        measured_close(&m);
+    }
+    return inside;
+}
+
+static void few_repeated_subjects_have_no_interval(void **state)
+{
+    (void)state;
+    for (size_t repeated = 1; repeated < SRNF_PAIRS_MIN; repeated++) {
+        assert_int_equal(cover(repeated, false, 5), 0);
+    }
+    for (size_t repeated = SRNF_PAIRS_MIN; repeated <= 20; repeated *= 2) {
+        size_t inside = cover(repeated, true, 60);
+
+        printf("# %zu repeated: %zu of 60 inside\n", repeated, inside);
+        assert_true(inside >= 45);
+    }
+}
+
+/* One subject measured so often on either side, without error, and four once: what is observed is
+   more asymmetric than every exchange that differs from it, but for that of all sides at once. */
+static void least_p_is_that_of_the_best_asymmetry(void **state)
+{
+    (void)state;
+    for (size_t other = 1; other <= 2; other++) {
+        const struct measured_plan plan = {5, false, 0.5, 1.0, 1e-6, 500};
+        const double relabellings = other == 1 ? 48.0 : 96.0;
+        const double least = (other == 1 ? 1.0 : 2.0) / relabellings;
+        const double permutations = 20000.0;
+        struct srnf_asymmetry_test out;
+        struct measured m;
+
+        measured_open(&m, &plan);
+        repeat_only(&m, 1);
+        if (other == 1) { /* the first measurement of the first subject goes */
+            m.n = --m.given.n;
+            memmove(m.q, m.q + m.size, m.n * m.size * sizeof(double));
+            memmove(m.side, m.side + 1, m.n * sizeof *m.side);
+            memmove(m.subjects, m.subjects + 1, m.n * sizeof *m.subjects);
+        }
+        assert_int_equal(measured_test(&m, (size_t)permutations, 1, NULL, &out), SRNF_OK);
+        figure_below("relabellings off", fabs(out.test.relabellings - relabellings), 1e-9);
+        figure_below("least p off", fabs(out.test.least - least), 1e-12);
+        figure_below("p off its least, in standard errors",
+                     fabs(out.p_value - least) / sqrt(least * (1.0 - least) / permutations), 4.0);
+        measured_close(&m);
+    }
+}
+
 /* ---- What every long computation promises ---------------------------------------------------- */
 
 static void results_do_not_depend_on_threads(void **state)
@@ -299,6 +399,8 @@ int main(void)
         cmocka_unit_test(squares_add_up),
         cmocka_unit_test(error_alone_is_found_at_the_level),
         cmocka_unit_test(planted_asymmetry_is_found_with_its_size),
+        cmocka_unit_test(few_repeated_subjects_have_no_interval),
+        cmocka_unit_test(least_p_is_that_of_the_best_asymmetry),
         cmocka_unit_test(results_do_not_depend_on_threads),
         cmocka_unit_test(wrong_input_is_refused),
     };
