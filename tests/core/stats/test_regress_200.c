@@ -2,7 +2,7 @@
  * test_regress_200.c - 200 shuffled covariates beside one that does have an effect: how often a
  * number, a level of three and an interaction are found at the level .05, over the whole surface
  * and on the map, how often the share of the variance is told to be more than 0; and how a planted
- * effect is recovered as subjects become more.
+ * effect and a planted interaction are recovered as subjects become more.
  *
  * srnfd-test: nightly
  * srnfd-test: timeout 3600
@@ -26,7 +26,8 @@ struct study {
     double age[GROUP_MAX];
 };
 
-static void open_study(struct study *a, size_t n, uint64_t seed)
+/* Every other member grows faster with age by `more`. */
+static void open_study(struct study *a, size_t n, double more, uint64_t seed)
 {
     struct test_random random = test_random_seed(seed);
     double *nodes;
@@ -43,6 +44,7 @@ static void open_study(struct study *a, size_t n, uint64_t seed)
     a->mean = shapes_doubles(a->g.count);
     a->q = shapes_doubles(n * 3 * a->g.points);
     for (size_t i = 0; i < n; i++) {
+        double slope = SLOPE + (i % 2 ? more : 0.0);
         double noise[3 * NOISE];
 
         a->age[i] = 10.0 * test_random_normal(&random);
@@ -52,7 +54,7 @@ static void open_study(struct study *a, size_t n, uint64_t seed)
             SRNF_OK);
         for (size_t k = 0; k < 3 * a->g.points; k++) {
             size_t c = k / a->g.points;
-            double axis = 1.2 - 0.2 * (double)c + (c == 2 ? SLOPE * a->age[i] : 0.0);
+            double axis = 1.2 - 0.2 * (double)c + (c == 2 ? slope * a->age[i] : 0.0);
 
             values[k] = axis * nodes[3 * (k % a->g.points) + c] + 0.02 * values[k];
         }
@@ -117,7 +119,7 @@ static void shuffled_covariates(void **state)
 
     (void)state;
     assert_non_null(c);
-    open_study(&a, N, 12);
+    open_study(&a, N, 0.0, 12);
     options.permutations = 199;
     options.bootstraps = 200;
     for (size_t run = 0; run < RUNS; run++) {
@@ -157,64 +159,102 @@ static void shuffled_covariates(void **state)
     close_study(&a);
 }
 
-/* The displacement of a year against SLOPE z along the axis: error relative to the truth. */
-static double recovery(size_t n, uint64_t seed)
+/* What an effect that is `planted` times z along the axis moves along the normal of the ellipsoid
+   with the axes 1.2, 1 and 0.8: error of the map relative to it, and their correlation. */
+static double compare_maps(const struct group *g, const double *map, double planted,
+                           double *correlation)
 {
-    struct srnf_regress_options options = srnf_regress_options_defaults();
-    struct study a;
-    struct srnf_regression out;
-    struct srnf_nested nested;
-    struct srnf_regress_design design = {.columns = 1, .tests = 1, .nested = &nested};
-    double *nodes;
+    double *nodes = shapes_doubles(3 * g->points);
     double error = 0.0;
     double truth = 0.0;
+    double found = 0.0;
+    double both = 0.0;
 
-    open_study(&a, n, seed);
-    nodes = shapes_doubles(3 * a.g.points);
-    stats_nodes(a.g.grid, nodes);
-    options.permutations = 19;
-    options.bootstraps = 100;
-    nested = (struct srnf_nested){0, 1, NULL, a.age};
-    design.values = a.age;
-    assert_int_equal(srnf_regress(a.g.sht, n, a.mean, a.q, &design, &options, NULL, &out, NULL),
-                     SRNF_OK);
-    for (size_t p = 0; p < a.g.points; p++) {
-        /* The normal of the ellipsoid with the axes 1.2, 1 and 0.8. */
+    stats_nodes(g->grid, nodes);
+    for (size_t p = 0; p < g->points; p++) {
         double m[3] = {nodes[3 * p] / 1.2, nodes[3 * p + 1], nodes[3 * p + 2] / 0.8};
         double length = sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
-        double planted = SLOPE * nodes[3 * p + 2] * m[2] / length;
-        double w = a.g.grid->weight[p / a.g.grid->n_phi];
+        double moved = planted * nodes[3 * p + 2] * m[2] / length;
+        double w = g->grid->weight[p / g->grid->n_phi];
 
-        error += w * (out.normal[p] - planted) * (out.normal[p] - planted);
-        truth += w * planted * planted;
+        error += w * (map[p] - moved) * (map[p] - moved);
+        truth += w * moved * moved;
+        found += w * map[p] * map[p];
+        both += w * map[p] * moved;
     }
     srnf_free(nodes);
-    srnf_regression_clear(&out);
-    close_study(&a);
+    *correlation = both / sqrt(truth * found);
     return sqrt(error / truth);
 }
 
-/* Four times the subjects, half the error. */
-static void planted_effect_is_recovered(void **state)
+enum { EFFECT, INTERACTION };
+
+/* Of n members, every other one of another group: the map of a year, or of what it moves more in
+   one of the groups. */
+static double recovery(size_t n, int what, uint64_t seed, double *correlation)
 {
-    double few = 0.0;
-    double many = 0.0;
+    struct srnf_regress_options options = srnf_regress_options_defaults();
+    double design[3 * GROUP_MAX], reduced[2 * GROUP_MAX], tested[GROUP_MAX];
+    size_t columns = what == EFFECT ? 1 : 3;
+    struct srnf_nested nested = {columns - 1, 1, what == EFFECT ? NULL : reduced, tested};
+    const struct srnf_regress_design asked = {
+        .columns = columns, .values = design, .tests = 1, .nested = &nested};
+    struct study a;
+    struct srnf_regression out;
+    double error;
+
+    open_study(&a, n, what == EFFECT ? 0.0 : SLOPE, seed);
+    for (size_t i = 0; i < n; i++) {
+        double group = (double)(i % 2);
+
+        tested[i] = what == EFFECT ? a.age[i] : a.age[i] * group;
+        reduced[2 * i] = a.age[i];
+        reduced[2 * i + 1] = group;
+        for (size_t k = 0; k < columns; k++) {
+            design[columns * i + k] = k + 1 == columns ? tested[i] : reduced[2 * i + k];
+        }
+    }
+    options.permutations = 19;
+    options.bootstraps = 100;
+    assert_int_equal(srnf_regress(a.g.sht, n, a.mean, a.q, &asked, &options, NULL, &out, NULL),
+                     SRNF_OK);
+    error = compare_maps(&a.g, out.normal + (columns - 1) * a.g.points, SLOPE, correlation);
+    srnf_regression_clear(&out);
+    close_study(&a);
+    return error;
+}
+
+/* Four times the subjects, half the error. */
+static void what_is_planted_is_recovered(void **state)
+{
+    static const char *const names[] = {"an effect", "an interaction"};
 
     (void)state;
-    for (uint64_t seed = 0; seed < 8; seed++) {
-        few += recovery(24, 100 + seed) / 8.0;
-        many += recovery(96, 200 + seed) / 8.0;
+    for (int what = EFFECT; what <= INTERACTION; what++) {
+        double error[2] = {0.0, 0.0};
+        double alike[2] = {0.0, 0.0};
+
+        for (uint64_t seed = 0; seed < 8; seed++) {
+            for (size_t k = 0; k < 2; k++) {
+                double correlation;
+
+                error[k] += recovery(k ? 96 : 24, what, 100 + 100 * k + seed, &correlation) / 8.0;
+                alike[k] += correlation / 8.0;
+            }
+        }
+        printf("# map of %s: relative error %.3f of 24 subjects, %.3f of 96; correlation %.3f, "
+               "%.3f\n",
+               names[what], error[0], error[1], alike[0], alike[1]);
+        assert_true(error[0] / error[1] > 1.5 && error[0] / error[1] < 2.7);
+        assert_true(alike[1] > alike[0] && alike[1] > 0.97);
     }
-    printf("# relative error of the map of an effect: %.3f of 24 subjects, %.3f of 96\n", few,
-           many);
-    assert_true(few / many > 1.5 && few / many < 2.7);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shuffled_covariates),
-        cmocka_unit_test(planted_effect_is_recovered),
+        cmocka_unit_test(what_is_planted_is_recovered),
     };
 
     openblas_set_num_threads(1);
