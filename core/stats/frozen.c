@@ -14,6 +14,7 @@ void srnf_classifier_clear(struct srnf_classifier *classifier)
 {
     srnf_free(classifier->means);
     srnf_free(classifier->covariances);
+    srnf_free(classifier->factors);
     srnf_free(classifier->priors);
     srnf_platt_clear(&classifier->platt);
     *classifier = (struct srnf_classifier){0};
@@ -44,7 +45,8 @@ static int take(const struct classify_fold *fold, struct classify_choice choice,
     size_t blocks = choice.kind == CLASSIFY_POOLED ? 1 : fold->classes;
     double pooled = 0.0;
 
-    classifier->components = k;
+    classifier->features = fold->offset;
+    classifier->components = k - fold->offset;
     classifier->pooled = choice.kind == CLASSIFY_POOLED;
     classifier->means = srnf_alloc(fold->classes * k, sizeof(double));
     classifier->covariances = srnf_alloc(blocks * k * k, sizeof(double));
@@ -61,7 +63,9 @@ static int take(const struct classify_fold *fold, struct classify_choice choice,
 
         if (fold->rank[which] < k || !(freedom > 0.0)) {
             return srnf_fail(error, SRNF_ENUMERIC, -1,
-                             "the covariance of %zu components is singular", k);
+                             "the covariance of %zu features, %zu of them numbers beside shape, is "
+                             "singular",
+                             k, fold->offset);
         }
         take_covariance(fold, which, freedom, k, classifier->covariances + b * k * k);
     }
@@ -73,18 +77,21 @@ int frozen_fit_gauss(const struct frozen_members *members,
                      struct srnf_classifier *classifier, struct srnf_error *error)
 {
     struct srnf_folds view = {.n = members->n, .components = members->components};
-    struct study study = {.comparison = &view, .options = options, .n_classes = members->classes};
+    struct srnf_classify_options own = *options;
+    struct study study = {.comparison = &view, .options = &own, .n_classes = members->classes};
     struct classify_fold fold = {.n = 0};
     size_t *scratch = NULL;
     int status = subjects_open(&study.subjects, members->n, members->subjects, error);
 
+    own.features = members->features;
+    own.n_features = members->n_features;
     *classifier = (struct srnf_classifier){.classes = members->classes, .gauss = true};
     status = status ? status : classify_fold_create(&fold, &study);
     scratch = status == SRNF_OK ? srnf_alloc(study.subjects.largest, sizeof *scratch) : NULL;
     status = status == SRNF_OK && !scratch ? SRNF_ENOMEM : status;
     if (status == SRNF_OK) {
         classify_fold_fit_scores(&fold, &study, members->scores, SIZE_MAX, members->labels);
-        status = take(&fold, classify_fold_choose(&fold, options, scratch), classifier, error);
+        status = take(&fold, classify_fold_choose(&fold, &own, scratch), classifier, error);
     }
     classify_fold_clear(&fold);
     subjects_clear(&study.subjects);
@@ -111,10 +118,10 @@ static bool factorize(size_t k, double *a)
     return true;
 }
 
-int frozen_likelihoods(const struct srnf_classifier *classifier, const double *scores,
-                       double *memory, double *evidence)
+int frozen_likelihoods(const struct srnf_classifier *classifier, const double *x, double *memory,
+                       double *evidence)
 {
-    size_t k = classifier->components;
+    size_t k = classifier->features + classifier->components;
     double *l = memory;
     double *z = memory + k * k;
 
@@ -131,7 +138,7 @@ int frozen_likelihoods(const struct srnf_classifier *classifier, const double *s
             }
         }
         for (size_t i = 0; i < k; i++) {
-            double sum = scores[i] - mean[i];
+            double sum = x[i] - mean[i];
 
             for (size_t m = 0; m < i; m++) {
                 sum -= l[i * k + m] * z[m];

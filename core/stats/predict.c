@@ -15,7 +15,7 @@ struct asked {
     const struct srnf_frozen *frozen;
     const double *const *surfaces;
     const struct srnf_register_options *registration;
-    const double *priors, *field; /* field: of the template */
+    const double *features, *priors, *field; /* field: of the template */
     size_t counted;
     struct srnf_class_prediction *predictions;
     double *evidence, *probabilities;
@@ -36,14 +36,16 @@ static int place(const struct asked *a, size_t i, double *normalized,
     return status < 0 ? status : SRNF_OK;
 }
 
-/* The nearest training member of each class, and of all. */
+/* The nearest training member of each class, and of all by shape alone. */
 static double find_nearest(const struct srnf_frozen *frozen, const double *scores, double residual,
-                           double *evidence)
+                           const double *features, double *evidence)
 {
+    const struct srnf_classifier *classifier = frozen->classifier;
     const struct srnf_pca *pca = frozen->pca;
+    size_t count = classifier->features;
     double nearest = INFINITY;
 
-    for (size_t c = 0; evidence && c < frozen->classifier->classes; c++) {
+    for (size_t c = 0; evidence && c < classifier->classes; c++) {
         evidence[c] = -INFINITY;
     }
     for (size_t j = 0; j < pca->n; j++) {
@@ -55,6 +57,10 @@ static double find_nearest(const struct srnf_frozen *frozen, const double *score
             square += d * d;
         }
         nearest = fmin(nearest, sqrt(square));
+        if (evidence && count > 0) {
+            square +=
+                frozen_apart2(count, classifier->factors, features, frozen->numbers + j * count);
+        }
         if (evidence) {
             evidence[frozen->labels[j]] = fmax(evidence[frozen->labels[j]], -sqrt(square));
         }
@@ -69,10 +75,13 @@ static int predict_body(void *argument, size_t i, const struct srnf_context *con
     const struct srnf_classifier *classifier = a->frozen->classifier;
     const struct srnf_pca *pca = a->frozen->pca;
     const struct srnf_grid *grid = srnf_sht_grid(a->sht);
-    size_t k = classifier->components;
+    size_t numbers = classifier->features;
+    size_t d = numbers + classifier->components;
     size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(a->sht));
-    double *memory = srnf_alloc(count + pca->components + k * (k + 1), sizeof(double));
-    double *scores = memory ? memory + count : NULL;
+    double *memory = srnf_alloc(count + numbers + pca->components + d * (d + 1), sizeof(double));
+    double *x = memory ? memory + count : NULL; /* numbers beside shape, then scores */
+    double *scores = memory ? x + numbers : NULL;
+    const double *features = numbers > 0 ? a->features + i * numbers : NULL;
     double *evidence = a->evidence + i * classifier->classes;
     struct srnf_class_prediction *out = &a->predictions[i];
     struct srnf_registration found = {0};
@@ -82,11 +91,13 @@ static int predict_body(void *argument, size_t i, const struct srnf_context *con
         srnf_pca_project(grid, pca, a->frozen->mean_q, found.q, scores, &out->residual);
         out->distance = sqrt(stats_distance2(grid, found.q, a->frozen->mean_q));
         out->mahalanobis = srnf_mahalanobis(a->counted, pca->eigenvalues, scores);
-        out->nearest =
-            find_nearest(a->frozen, scores, out->residual, classifier->gauss ? NULL : evidence);
+        out->nearest = find_nearest(a->frozen, scores, out->residual, features,
+                                    classifier->gauss ? NULL : evidence);
+        for (size_t k = 0; k < numbers; k++) {
+            x[k] = features[k];
+        }
         if (classifier->gauss) {
-            status =
-                frozen_likelihoods(classifier, scores, memory + count + pca->components, evidence);
+            status = frozen_likelihoods(classifier, x, scores + pca->components, evidence);
         }
     }
     for (size_t c = 0; c < classifier->classes && status == SRNF_OK; c++) {
@@ -101,7 +112,8 @@ static int predict_body(void *argument, size_t i, const struct srnf_context *con
     return status;
 }
 
-static int check(const struct srnf_frozen *frozen, const double *priors, struct srnf_error *error)
+static int check(const struct srnf_frozen *frozen, const double *features, const double *priors,
+                 struct srnf_error *error)
 {
     const struct srnf_classifier *classifier = frozen->classifier;
 
@@ -116,6 +128,10 @@ static int check(const struct srnf_frozen *frozen, const double *priors, struct 
                              classifier->classes);
         }
     }
+    if (classifier->features > 0 && !(features && (classifier->gauss || frozen->numbers))) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "the %zu numbers beside shape are not given",
+                         classifier->features);
+    }
     for (size_t c = 0; c < classifier->classes; c++) {
         if (!(priors[c] > 0.0 && priors[c] <= 1.0)) {
             return srnf_fail(error, SRNF_EINVAL, (int64_t)c, "prior %zu is not from 0 to 1", c);
@@ -125,19 +141,25 @@ static int check(const struct srnf_frozen *frozen, const double *priors, struct 
 }
 
 int srnf_predict(const struct srnf_sht *sht, const struct srnf_frozen *frozen, size_t n,
-                 const double *const *surfaces, const struct srnf_register_options *registration,
-                 const double *priors, const struct srnf_context *context,
-                 struct srnf_class_prediction *predictions, double *evidence, double *probabilities,
-                 struct srnf_error *error)
+                 const double *const *surfaces, const double *features,
+                 const struct srnf_register_options *registration, const double *priors,
+                 const struct srnf_context *context, struct srnf_class_prediction *predictions,
+                 double *evidence, double *probabilities, struct srnf_error *error)
 {
-    struct asked a = {
-        sht,  frozen, surfaces,    registration, priors ? priors : frozen->classifier->priors,
-        NULL, 0,      predictions, evidence,     probabilities};
+    struct asked a = {.sht = sht,
+                      .frozen = frozen,
+                      .surfaces = surfaces,
+                      .features = features,
+                      .registration = registration,
+                      .priors = priors ? priors : frozen->classifier->priors,
+                      .predictions = predictions,
+                      .evidence = evidence,
+                      .probabilities = probabilities};
     struct stats_progress progress = {0.0, 1.0, "registering to the template"};
     struct srnf_register_options own = *registration;
     struct srnf_error first = {0};
     double *field = NULL;
-    int status = check(frozen, a.priors, &first);
+    int status = check(frozen, features, a.priors, &first);
 
     status = status ? status : stats_check_surfaces(sht, n, surfaces, &first);
     if (status == SRNF_OK) {

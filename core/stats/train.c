@@ -7,7 +7,8 @@
  * for the Gaussians the fold's training subjects are dealt into ten groups, class by class in the
  * order of the cohort, and each group gets its evidence from mean, components, their number and
  * Gaussians of the other nine, all from the inner products of the fields registered to the fold's
- * template. Nearest neighbours are not fitted: there each subject is left out by itself.
+ * template. Nearest neighbours are not fitted: there each subject is left out by itself, also of
+ * what numbers beside shape are scaled by (frozen_nearest.c).
  *
  * The classifier of all members is calibrated likewise, with nobody left out.
  */
@@ -25,8 +26,8 @@
 
 struct srnf_train_options srnf_train_options_defaults(void)
 {
-    return (struct srnf_train_options){.gauss = true,
-                                       .registration = srnf_register_options_defaults()};
+    return (struct srnf_train_options){
+        .gauss = true, .registration = srnf_register_options_defaults(), .feature_weight = 1.0};
 }
 
 void srnf_trained_clear(struct srnf_trained *t)
@@ -64,6 +65,8 @@ struct training {
 struct inner {
     double *scores; /* [n][components] */
     double *distances;
+    double *features; /* [n][n_features] of those that are trained on */
+    double *x;        /* [n_features + components] of one member, and memory for its likelihoods */
     size_t *given, *labels, *subjects; /* [n] */
     size_t *group;                     /* [subjects] of those that are not left out */
 };
@@ -72,18 +75,22 @@ static void inner_clear(struct inner *inner)
 {
     srnf_free(inner->scores);
     srnf_free(inner->distances);
+    srnf_free(inner->features);
     srnf_free(inner->given);
 }
 
 static int inner_open(struct inner *inner, const struct training *t)
 {
-    inner->scores =
-        srnf_alloc(t->n * t->components + t->components * (t->components + 1), sizeof(double));
+    size_t d = t->components + t->options->n_features;
+
+    inner->scores = srnf_alloc(t->n, t->components * sizeof(double));
     inner->distances = srnf_alloc(t->n * t->n + t->n * t->components, sizeof(double));
+    inner->features = srnf_alloc(t->n * t->options->n_features + d * (d + 2), sizeof(double));
     inner->given = srnf_alloc(4 * t->n, sizeof *inner->given);
-    if (!inner->scores || !inner->distances || !inner->given) {
+    if (!inner->scores || !inner->distances || !inner->features || !inner->given) {
         return SRNF_ENOMEM;
     }
+    inner->x = inner->features + t->n * t->options->n_features;
     inner->labels = inner->given + t->n;
     inner->subjects = inner->labels + t->n;
     inner->group = inner->subjects + t->n;
@@ -146,6 +153,7 @@ static int describe(const struct training *t, const double *products, size_t lef
 static size_t gather(const struct training *t, size_t left_out, size_t group, struct inner *inner,
                      double *scores)
 {
+    size_t numbers = t->options->n_features;
     size_t count = 0;
 
     for (size_t s = 0; s < t->subjects.count; s++) {
@@ -157,6 +165,9 @@ static size_t gather(const struct training *t, size_t left_out, size_t group, st
 
             memcpy(scores + count * t->components, inner->scores + i * t->components,
                    t->components * sizeof(double));
+            for (size_t k = 0; k < numbers; k++) {
+                inner->features[count * numbers + k] = t->options->features[i * numbers + k];
+            }
             inner->labels[count] = t->labels[i];
             inner->subjects[count++] = first;
         }
@@ -170,11 +181,13 @@ static int judge_group(const struct training *t, const double *products, size_t 
                        struct srnf_error *error)
 {
     double *scores = inner->distances + t->n * t->n;
-    double *memory = inner->scores + t->n * t->components;
+    size_t numbers = t->options->n_features;
     struct srnf_classifier classifier = {0};
     struct frozen_members members = {.components = t->components,
                                      .classes = t->classes,
+                                     .n_features = numbers,
                                      .scores = scores,
+                                     .features = inner->features,
                                      .labels = inner->labels,
                                      .subjects = inner->subjects};
     int status = describe(t, products, left_out, group, inner);
@@ -187,7 +200,12 @@ static int judge_group(const struct training *t, const double *products, size_t 
         size_t own = t->subjects.of[i];
 
         if (own != left_out && inner->group[own] == group) {
-            status = frozen_likelihoods(&classifier, inner->scores + i * t->components, memory,
+            for (size_t k = 0; k < numbers; k++) {
+                inner->x[k] = t->options->features[i * numbers + k];
+            }
+            memcpy(inner->x + numbers, inner->scores + i * t->components,
+                   t->components * sizeof(double));
+            status = frozen_likelihoods(&classifier, inner->x, inner->x + numbers + t->components,
                                         evidence + i * t->classes);
         }
     }
@@ -221,28 +239,10 @@ static int judge_by_gauss(const struct training *t, const double *products, size
     return status;
 }
 
-/* Minus the distance to the nearest member of each class, of another subject. */
-static void judge_by_nearest(const struct training *t, const double *products, size_t left_out,
-                             double *evidence)
+static struct frozen_numbers numbers_of(const struct training *t)
 {
-    const size_t *of = t->subjects.of;
-    size_t n = t->n;
-
-    for (size_t i = 0; i < n; i++) {
-        double *e = evidence + i * t->classes;
-
-        for (size_t c = 0; c < t->classes; c++) {
-            e[c] = -INFINITY;
-        }
-        for (size_t j = 0; j < n && of[i] != left_out; j++) {
-            if (of[j] != of[i] && of[j] != left_out) {
-                double square =
-                    products[i * n + i] + products[j * n + j] - 2.0 * products[i * n + j];
-
-                e[t->labels[j]] = fmax(e[t->labels[j]], -sqrt(fmax(0.0, square)));
-            }
-        }
-    }
+    return (struct frozen_numbers){t->options->n_features, t->options->features,
+                                   t->options->feature_weight};
 }
 
 /* The calibration of the fold that leaves a subject out, or of all. */
@@ -259,7 +259,10 @@ static int calibrate(const struct training *t, const double *products, size_t le
     if (status == SRNF_OK && t->options->gauss) {
         status = judge_by_gauss(t, products, left_out, context, evidence, error);
     } else if (status == SRNF_OK) {
-        judge_by_nearest(t, products, left_out, evidence);
+        const struct frozen_numbers numbers = numbers_of(t);
+
+        status = frozen_judge_nearest(&t->subjects, products, &numbers, t->labels, t->classes,
+                                      left_out, evidence);
     }
     for (size_t s = 0; s < t->subjects.count && status == SRNF_OK; s++) {
         size_t first = count;
@@ -391,7 +394,9 @@ static int fit_gauss(const struct training *t, struct srnf_classifier *classifie
     struct frozen_members members = {.n = t->n,
                                      .components = kept,
                                      .classes = t->classes,
+                                     .n_features = t->options->n_features,
                                      .scores = scores,
+                                     .features = t->options->features,
                                      .labels = t->labels,
                                      .subjects = t->subjects.of};
     int status = scores ? SRNF_OK : SRNF_ENOMEM;
@@ -412,11 +417,20 @@ static int freeze(const struct training *t, const struct srnf_context *context,
                   struct srnf_error *error)
 {
     struct srnf_classifier *classifier = &t->out->classifier;
+    const double *products = t->folds->products[t->folds->medoid];
     int status = SRNF_OK;
 
     *classifier = (struct srnf_classifier){.classes = t->classes};
     if (t->options->gauss) {
         status = fit_gauss(t, classifier, error);
+    } else if (t->options->n_features > 0) {
+        const struct frozen_numbers numbers = numbers_of(t);
+
+        classifier->features = numbers.count;
+        classifier->factors = srnf_alloc(numbers.count, sizeof(double));
+        status = classifier->factors
+                     ? frozen_factors(&t->subjects, products, &numbers, classifier->factors)
+                     : SRNF_ENOMEM;
     }
     classifier->priors = srnf_alloc(t->classes, sizeof(double));
     if (status == SRNF_OK && !classifier->priors) {
@@ -424,8 +438,7 @@ static int freeze(const struct training *t, const struct srnf_context *context,
     }
     if (status == SRNF_OK) {
         memcpy(classifier->priors, t->priors, t->classes * sizeof(double));
-        status = calibrate(t, t->folds->products[t->folds->medoid], NOBODY, context,
-                           &classifier->platt, error);
+        status = calibrate(t, products, NOBODY, context, &classifier->platt, error);
     }
     return status;
 }
@@ -475,15 +488,15 @@ static int check_components(const struct training *t, const size_t *counts,
 {
     const struct srnf_train_options *o = t->options;
     bool open = o->components == 0 || o->covariance == SRNF_COVARIANCE_AUTO;
-    size_t features = o->components ? o->components : 1;
+    size_t features = (o->components ? o->components : 1) + o->n_features;
     size_t most =
         srnf_train_determined(t->classes, counts, o->covariance != SRNF_COVARIANCE_CLASS, open);
 
     if (o->gauss && features > most) {
         return srnf_fail(error, SRNF_EINVAL, -1,
-                         "%zu components are more than the subjects of an inner fold determine: "
-                         "%zu",
-                         features, most);
+                         "%zu features, %zu of them numbers beside shape, are more than the "
+                         "subjects of an inner fold determine: %zu",
+                         features, o->n_features, most);
     }
     return SRNF_OK;
 }
@@ -507,6 +520,16 @@ static int check(size_t n, const size_t *labels, size_t n_classes,
         return srnf_fail(error, SRNF_EINVAL, -1,
                          "components %zu, covariance %d and priors %d are not all known",
                          options->components, (int)options->covariance, (int)options->priors);
+    }
+    if (options->n_features > SRNF_FEATURES_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "%zu features are more than %zu",
+                         options->n_features, SRNF_FEATURES_MAX);
+    }
+    for (size_t k = 0; k < n * options->n_features; k++) {
+        if (!isfinite(options->features[k])) {
+            return srnf_fail(error, SRNF_EINVAL, (int64_t)(k / options->n_features),
+                             "a feature of member %zu is not finite", k / options->n_features);
+        }
     }
     return SRNF_OK;
 }
@@ -574,6 +597,9 @@ int srnf_train(const struct srnf_sht *sht, size_t n, const double *const *surfac
     t.classifier = srnf_classify_options_defaults();
     t.classifier.components = t.options->components;
     t.classifier.covariance = t.options->covariance;
+    t.classifier.features = t.options->features;
+    t.classifier.n_features = t.options->n_features;
+    t.classifier.size_weight = t.options->feature_weight;
     t.components = t.options->components > COMPONENTS ? t.options->components : COMPONENTS;
     status = check(n, labels, n_classes, t.options, &first);
     status = status ? status : subjects_open(&t.subjects, n, t.options->subjects, &first);

@@ -26,6 +26,10 @@
  * Without the division what a fold says would depend on how many of the class it left out: under
  * no effect at all it would name the other one (B. Parker, S. Guenter, J. Bedo, "Stratification
  * bias in low signal microarray studies", BMC Bioinformatics 8, 2007).
+ *
+ * NUMBERS BESIDE SHAPE, such as size and covariates, are further features of the Gaussians, before
+ * the components; nearest neighbours have the distances of srnf_classify_nearest, with the
+ * spreads of those that are trained on.
  */
 #ifndef SRNF_PUBLIC_TRAIN_H
 #define SRNF_PUBLIC_TRAIN_H
@@ -151,9 +155,11 @@ struct srnf_classifier {
     size_t classes;
     bool gauss;          /* otherwise the nearest neighbour */
     size_t components;   /* of the Gaussians; 0: none */
+    size_t features;     /* numbers beside shape, which stand before the components */
     bool pooled;         /* one covariance for all classes */
-    double *means;       /* [classes][components] */
-    double *covariances; /* [1 or classes][components][components] */
+    double *means;       /* [classes][features + components] */
+    double *covariances; /* [1 or classes][features + components][features + components] */
+    double *factors; /* [features] of their differences in distances; NULL: Gaussians, or none */
     struct srnf_platt platt;
     double *priors; /* [classes] */
 };
@@ -171,12 +177,15 @@ struct srnf_train_options {
     enum srnf_covariance covariance;
     enum srnf_priors priors;
     const size_t *subjects; /* [n] as in srnf/subjects.h; default NULL */
+    const double *features; /* [n][n_features] numbers beside shape; default NULL */
+    size_t n_features;      /* 0 .. SRNF_FEATURES_MAX, default 0 */
+    double feature_weight;  /* of each in distances; 0 .. 1000, default 1: as much as shape */
 };
 struct srnf_train_options srnf_train_options_defaults(void);
 
 #define SRNF_TRAIN_SUBJECTS_MIN 5 /* of each class */
-/* Components that the training subjects of any inner fold determine, from the subjects of each
-   class. pooled: of one covariance for all classes; open: where a choice inside leaves out one
+/* Features, components and other numbers, that the training subjects of any inner fold determine,
+   from the subjects of each class. pooled: of one covariance for all classes; open: where a choice inside leaves out one
    more. */
 size_t srnf_train_determined(size_t classes, const size_t *counts, bool pooled, bool open);
 
@@ -218,10 +227,11 @@ SRNF_CHECKED int srnf_train(const struct srnf_sht *sht, size_t n, const double *
 struct srnf_frozen {
     const struct srnf_classifier *classifier;
     const struct srnf_pca *pca;
-    const double *target; /* [3][(L+1)^2] */
-    const double *mean_q; /* [3][n_theta][n_phi] */
-    const size_t *labels; /* [pca->n] */
-    size_t subjects;      /* whose members these are */
+    const double *target;  /* [3][(L+1)^2] */
+    const double *mean_q;  /* [3][n_theta][n_phi] */
+    const size_t *labels;  /* [pca->n] */
+    size_t subjects;       /* whose members these are */
+    const double *numbers; /* [pca->n][features of the classifier]; NULL where these are 0 */
 };
 
 /* What it makes of one surface. */
@@ -234,6 +244,7 @@ struct srnf_class_prediction {
 
 /*
  * Asks a classifier about n surfaces: each is normalized and registered to the template.
+ *   features       [in]  [n][features of the classifier], the numbers beside shape; NULL: it has none
  *   priors         [in]  [classes]; NULL: those of the classifier
  *   predictions    [out] [n]
  *   evidence       [out] [n][classes]
@@ -241,7 +252,7 @@ struct srnf_class_prediction {
  * Surfaces run in parallel. Errors: SRNF_EINVAL, SRNF_EDEGENERATE, as srnf_register.
  */
 SRNF_CHECKED int srnf_predict(const struct srnf_sht *sht, const struct srnf_frozen *frozen,
-                              size_t n, const double *const *surfaces,
+                              size_t n, const double *const *surfaces, const double *features,
                               const struct srnf_register_options *registration,
                               const double *priors, const struct srnf_context *context,
                               struct srnf_class_prediction *predictions, double *evidence,

@@ -97,6 +97,7 @@ struct compute_subjects {
 /* What is projected: a surface for each part of the model. */
 struct compute_projected {
     const char *surfaces[SRNF_PARTS_MAX]; /* ids */
+    size_t mesh_degree;                   /* at which meshes are encoded; 0: the default */
     /* For models with positions: those of n parts, [n][3], whose surfaces are at the degree of sht.
        Returns 0, or a negative status with the problem in result. */
     int (*place)(struct jobs_run *run, const struct srnf_sht *sht, size_t n,

@@ -122,8 +122,12 @@ static int load_surfaces(struct projecting *p, const struct compute_projected *p
 
     for (size_t part = 0; part < n_parts && status == 0; part++) {
         numbers[part] = p->coefficients + part * count;
-        status = compute_surface_load(p->run, projected->surfaces[part],
-                                      SHARE_MESH / (double)n_parts, &loaded[part], p->result);
+        jobs_run_phase(p->run, compute_is_mesh(projected->surfaces[part])
+                                   ? SHARE_MESH / (double)n_parts
+                                   : 0.0);
+        status =
+            compute_surface_load_within(p->run, jobs_run_context(p->run), projected->surfaces[part],
+                                        false, projected->mesh_degree, &loaded[part], p->result);
         if (status == 0) {
             srnf_surface_change_degree(loaded[part].degree, loaded[part].coefficients, degree,
                                        p->coefficients + part * count);

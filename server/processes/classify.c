@@ -154,29 +154,6 @@ static void check_folds(struct process_inputs *given, const struct classify_clas
     }
 }
 
-/* The values of the covariates of the members, into the canonical cohort. */
-static void set_covariates(struct process_inputs *given)
-{
-    const json_t *names = json_object_get(given->canonical, "covariates");
-    json_t *cohort = json_object_get(given->canonical, "cohort"), *values;
-    json_t *members = json_array_size(names) ? group_stored_members(given) : NULL;
-
-    if (!members) {
-        return;
-    }
-    if (json_array_size(members) != json_array_size(json_object_get(cohort, "surfaces"))) {
-        problem_add(given->list, "/inputs/cohort", "has changed while it was read: send it again");
-        json_decref(members);
-        return;
-    }
-    values = covariate_values(given, members, names);
-    if (json_array_size(values) == json_array_size(names)) {
-        covariates_check(given, names, values);
-    }
-    (void)json_object_set_new(cohort, "values", values);
-    json_decref(members);
-}
-
 static void complete(struct process_inputs *given)
 {
     const json_t *cohort = json_object_get(given->canonical, "cohort");
@@ -186,7 +163,7 @@ static void complete(struct process_inputs *given)
                         0.0);
     classify_classes_check(given, cohort, SUBJECTS_MIN, check_folds);
     if (!given->list->errors) {
-        set_covariates(given);
+        classify_set_covariates(given);
     }
     if (json_integer_value(json_object_get(given->canonical, "permutations")) > 0 &&
         !given->list->errors) {

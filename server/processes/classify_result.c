@@ -184,17 +184,6 @@ static bool warn_members(struct jobs_run *run, const struct classify *classify,
 }
 
 /* What counts beside shape. */
-static json_t *features_json(const struct classify *classify)
-{
-    json_t *features = json_array();
-
-    if (classify->scale) {
-        (void)json_array_append_new(features, json_string("size"));
-    }
-    (void)json_array_extend(features, classify->covariates);
-    return features;
-}
-
 json_t *classify_document(struct jobs_run *run, const struct classify *classify,
                           const struct classify_answer *answer, struct jobs_result *result)
 {
@@ -218,7 +207,8 @@ json_t *classify_document(struct jobs_run *run, const struct classify *classify,
     (void)json_object_set_new(document, "methods",
                               classify_methods_json(&classify->methods, answer, subjects));
     (void)json_object_set_new(document, "comparisons", comparisons);
-    (void)json_object_set_new(document, "features", features_json(classify));
+    (void)json_object_set_new(document, "features",
+                              classify_number_names(classify->scale != 0, classify->covariates));
     (void)json_object_set_new(document, "members", json_integer((json_int_t)classes->n));
     (void)json_object_set_new(document, "subjects", json_integer((json_int_t)group->n_subjects));
     (void)json_object_set_new(document, "chance", json_real(1.0 / (double)classes->count));

@@ -22,13 +22,6 @@
 #define PRIOR_LEAST 1e-6 /* of a class that is possible at all */
 #define PRIORS_SUM 1e-6  /* that the sum may differ from 1 */
 
-struct predict {
-    struct group_input group;
-    char model[STORE_ID_MAX];
-    json_t *priors;
-    int handedness; /* enum handedness */
-};
-
 /* ---- Inputs and outputs ---------------------------------------------------------------------- */
 
 /* null, or an object of numbers; that they are of the model's classes is seen to by complete. */
@@ -104,6 +97,10 @@ static const struct process_input inputs[] = {
      "How likely each class is before a surface is seen, by name, with the sum 1: where the "
      "surfaces come from. null: those of the classifier.",
      .own = &priors_own},
+    {"covariates", INPUT_OWN, offsetof(struct predict, covariates),
+     "Of surfaces, for a classifier that takes covariates: an object of these for each, in their "
+     "order. Those of a cohort are its members'.",
+     .own = &predict_covariates},
     HANDEDNESS_INPUT(predict, "the mirror images of the surfaces as well, and to warn where one"),
     {.name = NULL},
 };
@@ -112,7 +109,8 @@ static const struct process_output outputs[] = {
     {"predictions", OUTPUT_OBJECTS,
      "Of each surface: surface, its id; subject, of the cohort's member, or its name; label, the "
      "class of the largest probability; probabilities, calibrated, of each class; logLikelihoods "
-     "or nearestDistances, the evidence that they come from; truth, the label in the cohort, or "
+     "or nearestDistances, the evidence that they come from; numbers, those beside shape that "
+     "counted, by name, size as a length, or null; truth, the label in the cohort, or "
      "null; trainingSubject, whether the classifier was trained on it; typicality, {value, limit, "
      "percentile} of residual (what the components cannot represent), distance (from the mean), "
      "mahalanobis and nearest (distance from the nearest training member), each among the "
@@ -170,6 +168,7 @@ static void complete(struct process_inputs *given)
         if (json_is_object(json_object_get(given->canonical, "priors"))) {
             check_priors(given, &model);
         }
+        predict_check_covariates(given, &model);
     }
     store_model_clear(&model);
 }
@@ -189,6 +188,7 @@ const enum srnf_trait predict_traits[PREDICT_TRAITS] = {SRNF_TRAIT_RESIDUAL, SRN
 static void answer_clear(struct predict_answer *answer)
 {
     srnf_free(answer->priors);
+    srnf_free(answer->numbers);
     srnf_free(answer->predictions);
     srnf_free(answer->evidence);
     srnf_free(answer->probabilities);
@@ -281,21 +281,25 @@ static int ask_mirrored(struct jobs_run *run, const struct srnf_sht *sht,
     size_t count = 3 * srnf_coefficient_count(answer->group.degree);
     double *images = srnf_alloc(n, count * sizeof(double));
     const double **surfaces = srnf_alloc(n, sizeof *surfaces);
+    size_t beside = kept->classifier.features;
     double *numbers = srnf_alloc(n, 2 * k * sizeof(double));
+    double *features = srnf_alloc(n * beside + 1, sizeof(double));
     struct srnf_class_prediction *found = srnf_alloc(n, sizeof *found);
-    int status = images && surfaces && numbers && found ? 0 : SRNF_ENOMEM;
+    int status = images && surfaces && numbers && features && found ? 0 : SRNF_ENOMEM;
 
     context.progress = NULL;
     for (size_t i = 0; i < n && status == 0; i++) {
         if (find_member(kept, answer->group.contents[i]) == kept->model.pca.n) {
             surfaces[asked] = images + asked * count;
+            memcpy(features + asked * beside, answer->numbers + i * beside,
+                   beside * sizeof(double));
             memcpy(images + asked * count, answer->group.surfaces[i], count * sizeof(double));
             srnf_surface_mirror(answer->group.degree, images + asked++ * count);
         }
     }
     if (status == 0 && asked > 0) {
-        status = srnf_predict(sht, frozen, asked, surfaces, &kept->registration, answer->priors,
-                              &context, found, numbers, numbers + n * k, error);
+        status = srnf_predict(sht, frozen, asked, surfaces, features, &kept->registration,
+                              answer->priors, &context, found, numbers, numbers + n * k, error);
     }
     for (size_t i = 0, at = 0; i < n && status == 0; i++) {
         if (find_member(kept, answer->group.contents[i]) == kept->model.pca.n) {
@@ -304,25 +308,10 @@ static int ask_mirrored(struct jobs_run *run, const struct srnf_sht *sht,
     }
     srnf_free(images);
     srnf_free(surfaces);
+    srnf_free(features);
     srnf_free(numbers);
     srnf_free(found);
     return status;
-}
-
-/* Meshes are encoded as the training members were: at the degree of the classifier, or, if there
-   were meshes among them, at the default one and cut. */
-static size_t mesh_degree(const struct kept *kept)
-{
-    const json_t *surfaces = json_object_get(kept->made, "surfaces"), *surface;
-    size_t i;
-
-    json_array_foreach(surfaces, i, surface)
-    {
-        if (!json_is_string(surface) || compute_is_mesh(json_string_value(surface))) {
-            return 0;
-        }
-    }
-    return (size_t)kept->model.stored.lmax;
 }
 
 static int compute(struct jobs_run *run, const struct predict *predict, const struct kept *kept,
@@ -333,14 +322,15 @@ static int compute(struct jobs_run *run, const struct predict *predict, const st
                                        .target = kept->template.coefficients,
                                        .mean_q = kept->model.stored.arrays[STORE_MODEL_MEAN_Q],
                                        .labels = kept->labels,
-                                       .subjects = kept->subjects};
+                                       .subjects = kept->subjects,
+                                       .numbers = kept->numbers};
     const struct store_model *stored = &kept->model.stored;
     const struct srnf_sht *sht = NULL;
     struct srnf_error error = {0};
     struct group_input group = predict->group; /* a view */
     int status;
 
-    group.mesh_degree = mesh_degree(kept);
+    group.mesh_degree = model_mesh_degree(&kept->model.stored, kept->made);
     status = group_load(run, &group, true, (size_t)stored->lmax, &answer->group, result);
 
     if (status) {
@@ -357,8 +347,14 @@ static int compute(struct jobs_run *run, const struct predict *predict, const st
     if (status) {
         return compute_fail(result, status, NULL, "preparing the harmonic transform");
     }
+    status =
+        predict_load_numbers(run, predict, kept, sht, &answer->group, &answer->numbers, result);
+    if (status) {
+        jobs_transform_release(jobs_run_jobs(run), sht);
+        return status;
+    }
     jobs_run_phase(run, 100.0);
-    status = srnf_predict(sht, &frozen, answer->group.n, answer->group.surfaces,
+    status = srnf_predict(sht, &frozen, answer->group.n, answer->group.surfaces, answer->numbers,
                           &kept->registration, answer->priors, jobs_run_context(run),
                           answer->predictions, answer->evidence, answer->probabilities, &error);
     for (size_t i = 0; i < answer->group.n && status == 0; i++) {

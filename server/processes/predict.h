@@ -6,6 +6,7 @@
 #define SRNFD_PROCESSES_PREDICT_H
 
 #include "compute/model.h"
+#include "store/model.h"
 #include "toolkit/group.h"
 
 /* A classifier from its record and arrays (predict_model.c). */
@@ -19,6 +20,11 @@ struct kept {
     size_t *labels;  /* [members] */
     double *weights; /* [members] 1 / members of its subject */
     double *nearest; /* [members] leave-one-out */
+    /* Numbers beside shape: their names in record, "size" first where that counts, and [members][of
+       these]. */
+    const json_t *feature_names;
+    bool with_size;
+    double *numbers;
     size_t subjects; /* whose members these are */
     struct srnf_register_options registration;
     struct srnf_classifier classifier;
@@ -30,9 +36,31 @@ void kept_clear(struct kept *kept);
 size_t kept_class(const struct kept *kept, const char *name);
 
 /* What is asked and answered. */
+struct predict {
+    struct group_input group;
+    char model[STORE_ID_MAX];
+    json_t *priors, *covariates; /* of the surfaces: an array of objects, or null; owned */
+    int handedness;              /* enum handedness */
+};
+
+/* predict_numbers.c: the input covariates; and for complete, whether the classifier's covariates
+   are there, which it puts into the canonical cohort where one is given. */
+extern const struct input_own predict_covariates;
+void predict_check_covariates(struct process_inputs *given, const struct store_model *model);
+/* [n][numbers of the classifier] of the surfaces; 0, or a negative status with the problem set. */
+int predict_load_numbers(struct jobs_run *run, const struct predict *predict,
+                         const struct kept *kept, const struct srnf_sht *sht,
+                         const struct compute_group *group, double **numbers,
+                         struct jobs_result *result);
+/* {name: value} of surface i, sizes as lengths; null without any. Adds a warning for each that is
+   beyond those of the training members. */
+json_t *predict_numbers_json(const struct kept *kept, const double *numbers, size_t i,
+                             const char *name, json_t *warnings);
+
 #define PREDICT_TRAITS 4
 struct predict_answer {
     struct compute_group group;
+    double *numbers;                           /* [n][numbers of the classifier] beside shape */
     double *priors;                            /* [classes] */
     struct srnf_class_prediction *predictions; /* [n] */
     double *evidence, *probabilities;          /* [n][classes] */

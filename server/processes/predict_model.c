@@ -20,6 +20,7 @@ void kept_clear(struct kept *kept)
     srnf_free(kept->labels);
     srnf_free(kept->weights);
     srnf_free(kept->nearest);
+    srnf_free(kept->numbers);
     json_decref(kept->record);
     json_decref(kept->made);
     compute_surface_clear(&kept->template);
@@ -99,16 +100,39 @@ static bool read_gaussians(const json_t *object, struct srnf_classifier *classif
 {
     const char *covariance = json_string_value(json_object_get(object, "covariance"));
     size_t k = (size_t)json_integer_value(json_object_get(object, "components"));
-    size_t blocks;
+    size_t d = classifier->features + k, blocks;
 
     classifier->pooled = covariance && strcmp(covariance, "pooled") == 0;
     blocks = classifier->pooled ? 1 : classifier->classes;
     classifier->components = k;
     return k >= 1 && k <= PROCESS_CLASSIFY_COMPONENTS_MAX &&
-           read_numbers(json_object_get(object, "means"), classifier->classes * k,
+           read_numbers(json_object_get(object, "means"), classifier->classes * d,
                         &classifier->means) &&
-           read_numbers(json_object_get(object, "covariances"), blocks * k * k,
+           read_numbers(json_object_get(object, "covariances"), blocks * d * d,
                         &classifier->covariances);
+}
+
+/* Numbers beside shape; a classifier of shape alone has none. */
+static bool read_features(const json_t *object, struct kept *kept)
+{
+    const json_t *features = json_object_get(object, "features");
+    const json_t *names = json_object_get(features, "names");
+    size_t count = json_array_size(names);
+
+    kept->feature_names = names;
+    kept->with_size = json_is_true(json_object_get(features, "size"));
+    kept->classifier.features = count;
+    for (size_t k = 0; k < count; k++) {
+        if (!json_is_string(json_array_get(names, k))) {
+            return false;
+        }
+    }
+    return !features ||
+           (count >= 1 && count <= SRNF_FEATURES_MAX &&
+            read_numbers(json_object_get(features, "values"), kept->model.pca.n * count,
+                         &kept->numbers) &&
+            (kept->classifier.gauss ||
+             read_numbers(json_object_get(features, "factors"), count, &kept->classifier.factors)));
 }
 
 static bool read_classifier(struct kept *kept)
@@ -124,6 +148,9 @@ static bool read_classifier(struct kept *kept)
     }
     classifier->classes = platt->classes = kept->classes;
     classifier->gauss = strcmp(kept->method, "srnf-gauss") == 0;
+    if (!read_features(object, kept)) {
+        return false;
+    }
     platt->slope = json_number_value(json_object_get(calibration, "slope"));
     return platt->slope >= 0.0 &&
            read_numbers(json_object_get(object, "priors"), kept->classes, &classifier->priors) &&

@@ -79,7 +79,8 @@ static json_t *prediction_json(const struct group_input *group, const struct kep
     bool gauss = kept->classifier.gauss;
     const char *name = json_string_value(json_array_get(subjects, i));
     json_t *truth = json_array_get(json_object_get(group->cohort, "labels"), i);
-    json_t *evidence = json_object();
+    json_t *evidence = json_object(), *warnings = warnings_of_one(answer, i, name ? name : "");
+    json_t *numbers = predict_numbers_json(kept, answer->numbers, i, name ? name : "", warnings);
 
     for (size_t c = 0; c < kept->classes; c++) {
         double value = answer->evidence[i * kept->classes + c];
@@ -88,13 +89,13 @@ static json_t *prediction_json(const struct group_input *group, const struct kep
                                   json_finite(gauss ? value : -value + 0.0));
     }
     return json_pack(
-        "{s:s, s:O, s:s, s:o, s:o, s:o, s:b, s:o, s:o}", "surface", group->ids[i], "subject",
+        "{s:s, s:O, s:s, s:o, s:o, s:o, s:o, s:b, s:o, s:o}", "surface", group->ids[i], "subject",
         json_array_get(subjects, i), "label", kept->names[answer->predicted[i]], "probabilities",
         assessment_by_class(answer->probabilities + i * kept->classes, kept->classes, kept->names),
-        gauss ? "logLikelihoods" : "nearestDistances", evidence, "truth",
+        gauss ? "logLikelihoods" : "nearestDistances", evidence, "numbers", numbers, "truth",
         json_is_string(truth) ? json_incref(truth) : json_null(), "trainingSubject",
         answer->trained[i], "typicality", traits_json(answer->traits + i * PREDICT_TRAITS),
-        "warnings", warnings_of_one(answer, i, name ? name : ""));
+        "warnings", warnings);
 }
 
 /* ---- All of them ----------------------------------------------------------------------------- */

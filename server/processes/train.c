@@ -14,6 +14,7 @@
 #include "compute/searches.h"
 #include "compute/seconds.h"
 #include "toolkit/assessment.h"
+#include "toolkit/covariates.h"
 #include "toolkit/group_doubts.h"
 #include "toolkit/handedness.h"
 #include "toolkit/registration_options.h"
@@ -33,6 +34,7 @@ const char *const train_methods[] = {"srnf-gauss", "srnf-nn", NULL};
 /* In the order of enum srnf_covariance and enum srnf_priors. */
 static const char *const covariances[] = {"auto", "pooled", "class", NULL};
 static const char *const priors[] = {"cohort", "equal", NULL};
+static const char *const scales[] = {"shape", "shape-and-size", NULL};
 
 #define AT(member) offsetof(struct train, member)
 static const struct process_input inputs[] = {
@@ -48,6 +50,16 @@ static const struct process_input inputs[] = {
     {"covariance", INPUT_CHOICE, AT(covariance),
      "One for all classes, or one for each; auto: chosen inside each fold.",
      .choices = covariances},
+    {"scale", INPUT_CHOICE, AT(scale), "Whether the log of the size counts beside shape.",
+     .choices = scales},
+    {"covariates", INPUT_OWN, AT(covariates),
+     "Numbers of the members that count beside shape, by their names: predict then needs them of "
+     "every surface.",
+     .own = &covariates_names},
+    {"sizeWeight", INPUT_REAL, AT(size_weight),
+     "Of size, and of each covariate, in distances; at 1 it weighs as much as shape. Gaussians "
+     "need none.",
+     .highest = PROCESS_SIZE_WEIGHT_MAX, .fallback = 1},
     {"priors", INPUT_CHOICE, AT(priors),
      "What the probabilities take the classes to be before a surface is seen. cohort: their shares "
      "among the subjects; equal: as likely as each other.",
@@ -65,7 +77,10 @@ static const struct process_output outputs[] = {
     {"model", OUTPUT_OBJECT,
      "Record of the model, of kind classifier: what one of pca has, about the template, and "
      "classifier: method, classes, members and subjects of each, priors, template {surface, "
-     "member}, components, covariance, means and covariances of the Gaussians, slope, offsets and "
+     "member}, components, covariance, means and covariances of the Gaussians (the numbers beside "
+     "shape first), features {size, names, values, factors} (numbers beside shape: whether size is "
+     "one, those of each member, and "
+     "what differences are multiplied by in distances), slope, offsets and "
      "targets of the calibration, nearest (of each member the distance to the nearest of another "
      "subject, left out) and validation."},
     {"validation", OUTPUT_OBJECT,
@@ -75,6 +90,7 @@ static const struct process_output outputs[] = {
      "Of each member, without its subject: [{subject, label, predicted, probabilities, and "
      "logLikelihoods or nearestDistances, of each class; components of its fold, or null}]."},
     {"classes", OUTPUT_STRINGS, "The labels, in the order in which they first appear."},
+    {"features", OUTPUT_STRINGS, "The numbers beside shape: size, and covariates."},
     {"refitted", OUTPUT_STRINGS, "What is made again without the subject that is left out."},
     {"members", OUTPUT_INTEGER, "Of the cohort."},
     {"subjects", OUTPUT_INTEGER, "Members without a subject are subjects of their own."},
@@ -93,18 +109,20 @@ static void check_folds(struct process_inputs *given, const struct classify_clas
 {
     long components = (long)json_integer_value(json_object_get(given->canonical, "components"));
     bool open = !components || inputs_chose(given->canonical, "covariance", "auto");
+    size_t features = (components ? (size_t)components : 1) +
+                      inputs_chose(given->canonical, "scale", "shape-and-size") +
+                      json_array_size(json_object_get(given->canonical, "covariates"));
     size_t determined;
 
     (void)smallest;
     determined =
         srnf_train_determined(classes->count, classes->subjects,
                               !inputs_chose(given->canonical, "covariance", "class"), open);
-    if (inputs_chose(given->canonical, "method", train_methods[0]) &&
-        (size_t)(components ? components : 1) > determined) {
+    if (inputs_chose(given->canonical, "method", train_methods[0]) && features > determined) {
         problem_add(given->list, components ? "/inputs/components" : "/inputs/covariance",
-                    "asks for a covariance of %ld components; the training subjects of an inner "
-                    "fold determine one of %zu",
-                    components ? components : 1, determined);
+                    "asks for a covariance of %zu features, size and covariates counted; the "
+                    "training subjects of an inner fold determine one of %zu",
+                    features, determined);
     }
 }
 
@@ -116,6 +134,9 @@ static void complete(struct process_inputs *given)
     inputs_check_memory(given, json_array_size(json_object_get(cohort, "surfaces")), degree, COPIES,
                         0.0);
     classify_classes_check(given, cohort, SRNF_TRAIN_SUBJECTS_MIN, check_folds);
+    if (!given->list->errors) {
+        classify_set_covariates(given);
+    }
     if (!given->list->errors) {
         (void)group_check_labels(given, json_object_get(cohort, "subjects"),
                                  json_object_get(cohort, "labels"), WHY_ONE_LABEL);
@@ -143,6 +164,8 @@ static struct srnf_train_options options_of(const struct train *train)
     options.covariance = (enum srnf_covariance)train->covariance;
     options.priors = (enum srnf_priors)train->priors;
     options.subjects = train->group.subjects;
+    options.n_features = (train->scale != 0) + json_array_size(train->covariates);
+    options.feature_weight = train->size_weight;
     return options;
 }
 
@@ -172,9 +195,13 @@ static int compute(struct jobs_run *run, const struct train *train, struct train
     compute_searches_spread(run);
     answer->n_theta = srnf_sht_grid(sht)->n_theta;
     answer->n_phi = srnf_sht_grid(sht)->n_phi;
-    status = srnf_train(sht, answer->group.n, answer->group.surfaces, answer->classes.labels,
-                        answer->classes.count, &answer->options, jobs_run_context(run),
-                        &answer->trained, &error);
+    status = classify_numbers(run, sht, &train->group, &answer->group, train->scale != 0,
+                              json_object_get(train->group.cohort, "values"), &answer->numbers);
+    answer->options.features = answer->numbers;
+    status = status ? status
+                    : srnf_train(sht, answer->group.n, answer->group.surfaces,
+                                 answer->classes.labels, answer->classes.count, &answer->options,
+                                 jobs_run_context(run), &answer->trained, &error);
     jobs_transform_release(jobs_run_jobs(run), sht);
     return status ? compute_fail(result, status, &error, "training the classifier") : 0;
 }
@@ -211,7 +238,7 @@ static json_t *members_json(const struct train_answer *answer, const json_t *sub
     return array;
 }
 
-static json_t *refitted_json(bool gauss)
+static json_t *refitted_json(const struct srnf_train_options *options)
 {
     static const char *const parts[] = {
         "template: the medoid",
@@ -221,11 +248,16 @@ static json_t *refitted_json(bool gauss)
         "principal components",
         "class means and covariances",
         "number of components and kind of covariance, where open",
+        "what numbers beside shape weigh in distances",
     };
+    size_t all = sizeof parts / sizeof parts[0];
     json_t *list = json_array();
 
-    for (size_t i = 0; i < (gauss ? sizeof parts / sizeof parts[0] : 3); i++) {
+    for (size_t i = 0; i < (options->gauss ? all - 1 : 3); i++) {
         (void)json_array_append_new(list, json_string(parts[i]));
+    }
+    if (!options->gauss && options->n_features > 0) {
+        (void)json_array_append_new(list, json_string(parts[all - 1]));
     }
     return list;
 }
@@ -266,10 +298,12 @@ static json_t *document_of(struct jobs_run *run, const struct train *train,
     document = json_pack("{s:o, s:o, s:o, s:o, s:o, s:I, s:I, s:o, s:I, s:o}", "model", record,
                          "validation", assessment_json(&answer->trained.assessment, classes->names),
                          "perSubject", members_json(answer, subjects), "classes", names, "refitted",
-                         refitted_json(answer->options.gauss), "members", (json_int_t)classes->n,
+                         refitted_json(&answer->options), "members", (json_int_t)classes->n,
                          "subjects", (json_int_t)group->n_subjects, "relativeEnergy",
                          json_finite(answer->mean_energy), "lmax", (json_int_t)answer->group.degree,
                          "registration", registration_json(&answer->options.registration));
+    (void)json_object_set_new(document, "features",
+                              classify_number_names(train->scale != 0, train->covariates));
     routes_set_bridged(document, group->n, group->ids, answer->group.bridged);
     json_decref(subjects);
     if (!warn(run, train, answer, document, result)) {
@@ -292,6 +326,7 @@ static json_t *run_train(struct jobs_run *run, const void *typed, struct jobs_re
         document = document_of(run, train, &answer, record, result);
     }
     srnf_trained_clear(&answer.trained);
+    srnf_free(answer.numbers);
     classify_classes_clear(&answer.classes);
     compute_group_clear(&answer.group);
     return document;

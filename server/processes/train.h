@@ -10,6 +10,9 @@
 struct train {
     struct group_input group;
     int method, covariance, priors;
+    int scale;
+    double size_weight;
+    json_t *covariates; /* names, owned */
     long components, lmax;
     bool common_pose;
 };
@@ -20,6 +23,7 @@ struct train_answer {
     struct classify_classes classes;
     struct srnf_train_options options;
     struct srnf_trained trained;
+    double *numbers; /* [n][of options] beside shape */
     size_t n_theta, n_phi;
     double mean_energy; /* relative, of the inversion of the mean */
 };

@@ -129,9 +129,9 @@ static json_t *names_json(const struct classify_classes *classes)
 /* Means and covariances, or nulls. */
 static void set_gaussians(json_t *object, const struct srnf_classifier *classifier)
 {
-    size_t k = classifier->components;
-    const size_t means[2] = {classifier->classes, k};
-    const size_t covariances[3] = {classifier->pooled ? 1 : classifier->classes, k, k};
+    size_t k = classifier->components, d = classifier->features + k;
+    const size_t means[2] = {classifier->classes, d};
+    const size_t covariances[3] = {classifier->pooled ? 1 : classifier->classes, d, d};
     bool gauss = classifier->gauss;
 
     (void)json_object_set_new(object, "components",
@@ -144,6 +144,25 @@ static void set_gaussians(json_t *object, const struct srnf_classifier *classifi
     (void)json_object_set_new(object, "covariances",
                               gauss ? json_nested(classifier->covariances, 3, covariances)
                                     : json_null());
+}
+
+/* Numbers beside shape, of the members too: neighbours are told by them, and who is beyond them. A
+   classifier of shape alone has none. */
+static void set_features(json_t *object, const struct train *train,
+                         const struct train_answer *answer)
+{
+    const struct srnf_classifier *classifier = &answer->trained.classifier;
+    const size_t values[2] = {answer->trained.n, classifier->features};
+
+    if (classifier->features > 0) {
+        (void)json_object_set_new(
+            object, "features",
+            json_pack("{s:b, s:o, s:o, s:o}", "size", train->scale != 0, "names",
+                      classify_number_names(train->scale != 0, train->covariates), "values",
+                      json_nested(answer->numbers, 2, values), "factors",
+                      classifier->factors ? json_vector(classifier->factors, classifier->features)
+                                          : json_null()));
+    }
 }
 
 static json_t *classifier_json(const struct train *train, const struct train_answer *answer,
@@ -164,6 +183,7 @@ static json_t *classifier_json(const struct train *train, const struct train_ans
         assessment_json(&trained->assessment, classes->names));
 
     set_gaussians(object, &trained->classifier);
+    set_features(object, train, answer);
     return object;
 }
 

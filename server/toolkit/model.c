@@ -90,6 +90,20 @@ int model_load(struct jobs_run *run, const char *id, struct compute_model *model
     return status;
 }
 
+size_t model_mesh_degree(const struct store_model *model, const json_t *made)
+{
+    const json_t *surfaces = json_object_get(made, "surfaces"), *surface;
+    size_t i;
+
+    json_array_foreach(surfaces, i, surface)
+    {
+        if (!json_is_string(surface) || compute_is_mesh(json_string_value(surface))) {
+            return 0;
+        }
+    }
+    return (size_t)model->lmax;
+}
+
 long model_components(struct process_inputs *inputs)
 {
     const char *id = json_string_value(json_object_get(inputs->canonical, "model"));

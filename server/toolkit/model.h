@@ -31,6 +31,10 @@
 int model_load(struct jobs_run *run, const char *id, struct compute_model *model,
                struct jobs_result *result);
 
+/* The degree at which meshes beside the model are encoded, as its members were: that of the model,
+   or, where there are meshes among them, 0: the default one, and cut. made: model_made_from */
+size_t model_mesh_degree(const struct store_model *model, const json_t *made);
+
 /* The components of the model that the canonical inputs name; 0 where it is gone. */
 long model_components(struct process_inputs *inputs);
 

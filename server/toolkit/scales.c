@@ -187,7 +187,7 @@ struct degree_tally {
     struct degree_range all;
     struct degree_range first, other; /* of the two labels that are furthest from each other */
     bool parted;
-    bool classified;             /* by a classifier, which has meshes encoded as its members were */
+    bool as_members;             /* beside a model, for which meshes are encoded as those were */
     struct degree_range *labels; /* [n_labels] */
     size_t n_labels, capacity;
 };
@@ -203,12 +203,11 @@ static void tally_degree(void *user, const char *id, const char *label)
 {
     struct degree_tally *tally = user;
     const struct traits traits = find_traits(tally->store, id);
-    bool as_trained =
-        tally->classified && id && compute_is_mesh(id); /* encoded as the members were */
+    bool fits = tally->as_members && id && compute_is_mesh(id);
     int64_t degree = tally->most && traits.degree > tally->most ? tally->most : traits.degree;
     size_t i = 0;
 
-    if (!traits.known || as_trained) {
+    if (!traits.known || fits) {
         return;
     }
     widen(&tally->all, degree);
@@ -270,9 +269,7 @@ void degrees_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
         .most = json_integer_value(json_object_get(inputs, "lmax")),
         .labels = srnf_alloc(members ? members : 1, sizeof *tally.labels),
         .capacity = members,
-        /* The process predict: a model, and surfaces beside it. */
-        .classified = json_is_string(json_object_get(inputs, "model")) &&
-                      json_is_array(json_object_get(inputs, "surfaces")),
+        .as_members = json_is_string(json_object_get(inputs, "model")),
     };
 
     if (!tally.labels) {

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "api/model_parts.h"
+#include "api/models.h"
 #include "toolkit/positions.h"
 
 #define NAME_MAX_BYTES 60
@@ -150,10 +151,12 @@ void subject_check(struct process_inputs *given)
 bool subject_open(const struct subject_input *subject, const struct compute_model *model,
                   struct compute_projected *projected, struct jobs_result *result)
 {
-    json_t *names = model_part_names(&model->stored);
+    json_t *names = model_part_names(&model->stored), *made = model_made_from(&model->stored);
 
-    *projected =
-        (struct compute_projected){.surfaces = {subject->surface}, .place = positions_find};
+    *projected = (struct compute_projected){.surfaces = {subject->surface},
+                                            .mesh_degree = model_mesh_degree(&model->stored, made),
+                                            .place = positions_find};
+    json_decref(made);
     for (size_t p = 0; p < json_array_size(names); p++) {
         const char *name = json_string_value(json_array_get(names, p));
 

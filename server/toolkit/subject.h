@@ -14,19 +14,20 @@ struct subject_input {
 };
 
 /* Rows of a table whose typed inputs have a struct subject_input called subject. */
-#define SUBJECT_INPUTS(typed)                                                                  \
-    {"surface",                                                                                \
-     INPUT_SURFACE,                                                                            \
-     offsetof(struct typed, subject.surface),                                                  \
-     "The surface; registered to the mean as those of the model were. A mesh is encoded with " \
-     "the default options. Of a model of several structures parts instead.",                   \
-     .nullable = true,                                                                         \
-     .unless = "parts"},                                                                       \
-    {                                                                                          \
-        "parts", INPUT_OWN, offsetof(struct typed, subject.parts),                             \
-            "For a model of several structures, instead of surface: {name: surface}, one for " \
-            "each part of the model. Each is registered to the mean of its part.",             \
-            .own = &subject_parts                                                              \
+#define SUBJECT_INPUTS(typed)                                                                     \
+    {"surface",                                                                                   \
+     INPUT_SURFACE,                                                                               \
+     offsetof(struct typed, subject.surface),                                                     \
+     "The surface; registered to the mean as those of the model were. A mesh is encoded with "    \
+     "the default options, and at the degree of the model where that was made of surfaces. Of a " \
+     "model of several structures parts instead.",                                                \
+     .nullable = true,                                                                            \
+     .unless = "parts"},                                                                          \
+    {                                                                                             \
+        "parts", INPUT_OWN, offsetof(struct typed, subject.parts),                                \
+            "For a model of several structures, instead of surface: {name: surface}, one for "    \
+            "each part of the model. Each is registered to the mean of its part.",                \
+            .own = &subject_parts                                                                 \
     }
 extern const struct input_own subject_parts;
 

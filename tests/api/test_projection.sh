@@ -128,6 +128,13 @@ known "${M[0]}" 0 'a mesh among the subjects has its own scores'
 known "$WHOLE" 0 'and so has the surface that it is encoded to'
 known "${A[2]}" 2 'and a surface among the subjects'
 
+# A mesh beside a model of surfaces is encoded as they were.
+run pca "{\"surfaces\":[\"${A[0]}\",\"${A[1]}\",\"${A[2]}\"],\"maxIterations\":2}"
+cp "$BODY" "$SCRATCH/encoded.json"
+run project "{\"model\":\"$(json .model.id)\",\"surface\":\"${M[1]}\"}"
+is "$STATUS $(json .trainingSubject) $(off "$SCRATCH/encoded.json" 1)" '200 true 0' 'a mesh is encoded at the degree of a model of surfaces'
+is "$(json '[.warnings[]? | select(.code == "mixed-degrees")] | length')" 0 'without a warning of degrees'
+
 # The same but for a hair: no subject, so registered anew, from its pose and parameterization to the mean.
 get "/v1/surfaces/${A[2]}/coefficients"
 jq '{coefficients: (.x[5] *= 1.000001)}' "$BODY" >"$SCRATCH/hair.json"

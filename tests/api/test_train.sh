@@ -9,6 +9,9 @@
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
 
+REQUEST_SECONDS=400
+WAIT='Prefer: wait=300' # however busy the machine is
+
 start_server "$SCRATCH/data" || exit 1
 
 # ---- Shapes --------------------------------------------------------------------------------------------
@@ -50,7 +53,7 @@ post_json /v1/cohorts "$(cohort other 12 24)"
 
 # ---- train ---------------------------------------------------------------------------------------------
 
-execute train '{"cohort":"half"}'
+execute train '{"cohort":"half"}' -H "$WAIT"
 is "$STATUS $(json .model.kind)" '200 classifier' 'a classifier is made'
 MODEL=$(json .model.id)
 cp "$BODY" "$SCRATCH/trained.json"
@@ -71,16 +74,16 @@ is "$STATUS" 200 'the template is a surface'
 
 # ---- predict -------------------------------------------------------------------------------------------
 
-execute predict "{\"model\":\"$MODEL\",\"cohort\":\"other\"}"
+execute predict "{\"model\":\"$MODEL\",\"cohort\":\"other\"}" -H "$WAIT"
 is "$STATUS $(json '.predictions | length')" '200 12' 'asked about the other half'
 compare "$(json '.assessment.accuracy.value | real')" '>=' 0.75 'it is mostly right'
 is "$(json '[.predictions[] | .label == .truth] | map(select(.)) | length')" "$(json .assessment.correct)" 'as the assessment counts'
 is "$(json '[.predictions[] | .trainingSubject] | any')" false 'none was trained on'
 cp "$BODY" "$SCRATCH/other.json"
-execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"${SURFACES[15]}\"]}"
+execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"${SURFACES[15]}\"]}" -H "$WAIT"
 is "$STATUS $(json '.predictions[0].probabilities.flat') $(json .assessment)" \
     "200 $(jq '.predictions[3].probabilities.flat' "$SCRATCH/other.json") null" 'one surface gets what it got among others'
-execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"${SURFACES[15]}\",\"${SURFACES[0]}\",\"$STRANGE\"],\"priors\":{\"round\":0.9,\"flat\":0.1}}"
+execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"${SURFACES[15]}\",\"${SURFACES[0]}\",\"$STRANGE\"],\"priors\":{\"round\":0.9,\"flat\":0.1}}" -H "$WAIT"
 compare "$(json '.predictions[0].probabilities.flat | real')" '<' "$(jq '.predictions[3].probabilities.flat' "$SCRATCH/other.json")" \
     'a class that is rare is less likely'
 is "$(json '[.predictions[] | .trainingSubject] | tojson')" '[false,true,false]' 'a surface that it was trained on is known'
@@ -89,11 +92,41 @@ is "$(json '.predictions[2].typicality.nearest.percentile')" 100 'further from a
 is "$(json '[.warnings[].code] | map(select(. == "far-from-model" or . == "training-subject")) | sort | tojson')" \
     '["far-from-model","training-subject"]' 'the result warns of both'
 
-execute train '{"cohort":"half","method":"srnf-nn","priors":"equal"}'
+execute train '{"cohort":"half","method":"srnf-nn","priors":"equal"}' -H "$WAIT"
 is "$STATUS $(json '.model.classifier | [.method, .components, .means] | tojson')" '200 ["srnf-nn",null,null]' 'by the nearest neighbour'
 NEAREST=$(json .model.id)
-execute predict "{\"model\":\"$NEAREST\",\"cohort\":\"other\"}"
+execute predict "{\"model\":\"$NEAREST\",\"cohort\":\"other\"}" -H "$WAIT"
 is "$STATUS $(json '[.predictions[] | .nearestDistances[.label] == ([.nearestDistances[]] | min)] | all')" '200 true' 'which is told'
+
+# ---- Size and covariates ---------------------------------------------------------------------------------
+
+# A number that tells the kinds, and one that tells nothing.
+measured() { # NAME FROM TO
+    cohort "$@" | jq -c '.members |= (to_entries | map(.value + {covariates: {
+        age: ((if .key % 2 == 0 then 40 else 70 end) + .key), dose: (.key * 7 % 5)}}))'
+}
+post_json /v1/cohorts "$(measured aged 0 12)"
+post_json /v1/cohorts "$(measured others 12 24)"
+for METHOD in srnf-gauss srnf-nn; do
+    execute train "{\"cohort\":\"aged\",\"method\":\"$METHOD\",\"components\":1,\"covariance\":\"pooled\",\"scale\":\"shape-and-size\",\"covariates\":[\"age\",\"dose\"]}" -H "$WAIT"
+    is "$STATUS $(json '[.features, .model.classifier.features.names, (.model.classifier.features.values | length)] | tojson')" \
+        '200 [["size","age","dose"],["size","age","dose"],12]' "numbers beside shape, $METHOD"
+    compare "$(json .validation.accuracy.value)" '>=' 0.9 'and a better classifier'
+    AGED=$(json .model.id)
+    execute predict "{\"model\":\"$AGED\",\"cohort\":\"others\"}" -H "$WAIT"
+    is "$STATUS $(json '.predictions[0].numbers | del(.size) | tojson') $(json '[.predictions[].numbers.size > 0] | all')" \
+        '200 {"age":40,"dose":0} true' 'the members of a cohort have their own'
+    compare "$(json .assessment.accuracy.value)" '>=' 0.9 'which are used'
+    cp "$BODY" "$SCRATCH/aged.json"
+    execute predict "{\"model\":\"$AGED\",\"surfaces\":[\"${SURFACES[12]}\",\"${SURFACES[12]}\"],\"covariates\":[{\"age\":40,\"dose\":0},{\"age\":99,\"dose\":0}]}" -H "$WAIT"
+    is "$STATUS $(json '.predictions[0].probabilities | tojson')" "200 $(jq -c '.predictions[0].probabilities' "$SCRATCH/aged.json")" \
+        'as are those given with a surface'
+    compare "$(json '.predictions[1].probabilities.flat')" '>' "$(json '.predictions[0].probabilities.flat')" 'an older one is likelier flat'
+    is "$(json '[.predictions[] | [.warnings[] | select(.code == "extrapolated") | .figures | select(.covariate != "size") | [.covariate, .value, .highest]]] | tojson')" \
+        '[[],[["age",99,81]]]' 'and beyond what was trained on'
+done
+FLAT=$(json '.predictions[1] | .label')
+is "$FLAT" flat 'whose neighbours are flat'
 
 # ---- Models of two kinds ---------------------------------------------------------------------------------
 
@@ -101,7 +134,7 @@ get "/v1/models/$MODEL"
 is "$STATUS $(json .kind) $(json '.scores | length')" '200 classifier 12' 'the model is read'
 get '/v1/models'
 is "$(json '[.items[] | [.kind, .classifier.method, .classifier.means]] | sort | tojson')" \
-    '[["classifier","srnf-gauss",null],["classifier","srnf-nn",null]]' 'and listed, without its matrices'
+    '[["classifier","srnf-gauss",null],["classifier","srnf-gauss",null],["classifier","srnf-nn",null],["classifier","srnf-nn",null]]' 'and listed, without its matrices'
 execute project "{\"model\":\"$MODEL\",\"surface\":\"$STRANGE\"}"
 is_problem 422 invalid-input 'project takes no classifier'
 like "$(json '.errors[0] | .pointer + " " + .detail')" '/inputs/model is a classifier, made by train, which predict takes' 'and says so'
@@ -110,7 +143,7 @@ is_problem 422 invalid-input 'nor has it shapes along components'
 execute pca "$(printf '%s\n' "${SURFACES[@]:0:4}" | jq -Rnc '{surfaces: [inputs]}')"
 COMPONENTS=$(json .model.id)
 is "$(json .model.kind)" components 'a model of pca is of the other kind'
-execute predict "{\"model\":\"$COMPONENTS\",\"surfaces\":[\"$STRANGE\"]}"
+execute predict "{\"model\":\"$COMPONENTS\",\"surfaces\":[\"$STRANGE\"]}" -H "$WAIT"
 is_problem 422 invalid-input 'predict takes no components'
 like "$(json '.errors[0] | .pointer + " " + .detail')" '/inputs/model is a model of principal components, made by pca' 'and says so'
 
@@ -127,11 +160,11 @@ post_json /v1/cohorts "$(cohort single 0 12 | jq -c '.members |= (map(.label = "
 wrong train '{"cohort":"single"}' /inputs/cohort 'has 1 subjects \(1 members\) with the label flat; each label needs 5' 'a class of one member'
 post_json /v1/cohorts "$(cohort missing 0 12 | jq -c 'del(.members[5].label)')"
 wrong train '{"cohort":"missing"}' /inputs/cohort 'member 5 has no label' 'a label that is missing'
-wrong train '{"cohort":"half","components":9}' /inputs/components 'covariance of 9 components' 'more components than are determined'
+wrong train '{"cohort":"half","components":9}' /inputs/components 'covariance of 9 features' 'more components than are determined'
 wrong train '{"cohort":"half","method":"icp-nn"}' /inputs/method '' 'a method that cannot be kept'
 wrong train '{}' /inputs/cohort required 'no cohort'
 post_json /v1/cohorts "$(cohort twice 0 12 | jq -c '.members |= (to_entries | map(.value + {subject: "s\(.key / 2 | floor)"}))')"
-execute train '{"cohort":"twice"}'
+execute train '{"cohort":"twice"}' -H "$WAIT"
 is "$STATUS" 422 'refused: subjects of two labels'
 wrong predict "{\"model\":\"$MODEL\"}" /inputs/surfaces 'must be given' 'nothing to predict'
 wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"priors\":{\"round\":1}}" /inputs/priors 'no number for the class flat' \
@@ -140,7 +173,18 @@ wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"priors\":{\"r
     'priors that do not sum to 1'
 wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"priors\":{\"round\":0.5,\"flat\":0.25,\"oval\":0.25}}" \
     /inputs/priors 'has 3 classes; the classifier has 2' 'priors of a class too many'
-execute predict "{\"model\":\"model-00000000000000000000000000000000\",\"surfaces\":[\"$STRANGE\"]}"
+wrong predict "{\"model\":\"$AGED\",\"surfaces\":[\"$STRANGE\"]}" /inputs/covariates 'needs 2 covariates of each, "age" first' 'no covariates'
+wrong predict "{\"model\":\"$AGED\",\"surfaces\":[\"$STRANGE\"],\"covariates\":[{\"age\":4}]}" /inputs/covariates/0 'has no "dose"' \
+    'a covariate that is missing'
+wrong predict "{\"model\":\"$AGED\",\"surfaces\":[\"$STRANGE\"],\"covariates\":[{\"age\":4,\"dose\":1,\"sex\":1}]}" \
+    /inputs/covariates/0 'has 3 covariates; the classifier takes 2' 'one too many'
+wrong predict "{\"model\":\"$AGED\",\"surfaces\":[\"$STRANGE\"],\"covariates\":[{\"age\":\"old\",\"dose\":1}]}" \
+    /inputs/covariates/0 '"age" must be a number' 'a text'
+wrong predict "{\"model\":\"$AGED\",\"cohort\":\"other\"}" /inputs/covariates/0 'has no covariate "age"' 'members without them'
+wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"covariates\":[{\"age\":4}]}" /inputs/covariates \
+    'takes none' 'covariates of no use'
+wrong train '{"cohort":"half","covariates":["age"]}' /inputs/covariates/0 'has no covariate "age"' 'a covariate that nobody has'
+execute predict "{\"model\":\"model-00000000000000000000000000000000\",\"surfaces\":[\"$STRANGE\"]}" -H "$WAIT"
 is_problem 404 no-such-model 'refused: a model that is not there'
 
 # ---- Away and back -----------------------------------------------------------------------------------------
@@ -152,7 +196,7 @@ start_server "$SCRATCH/second" || exit 1
 post '/v1/imports' --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip'
 like "$STATUS" '^20' 'an export of the model is imported elsewhere'
 post_json /v1/surfaces "$(shape 15 flat)"
-execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$(json .id)\"]}"
+execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$(json .id)\"]}" -H "$WAIT"
 is "$STATUS $(json '.predictions[0].probabilities.flat')" "200 $(jq '.predictions[3].probabilities.flat' "$SCRATCH/other.json")" \
     'where it says the same'
 request DELETE "/v1/models/$MODEL?cascade=true"

@@ -57,8 +57,8 @@ static void check_predictions(const struct group *g, const struct srnf_train_opt
     struct srnf_class_prediction predictions[N];
     double evidence[2 * N], probabilities[2 * N], others[2 * N];
 
-    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, &options->registration, NULL,
-                                  NULL, predictions, evidence, probabilities, NULL),
+    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, &options->registration,
+                                  NULL, NULL, predictions, evidence, probabilities, NULL),
                      SRNF_OK);
     for (size_t i = 0; i < N; i++) {
         assert_true(predictions[i].nearest < 1e-6);
@@ -67,12 +67,12 @@ static void check_predictions(const struct group *g, const struct srnf_train_opt
         assert_true(fabs(probabilities[2 * i] + probabilities[2 * i + 1] - 1.0) < 1e-14);
         assert_int_equal(srnf_platt_choose(2, probabilities + 2 * i, evidence + 2 * i), labels[i]);
     }
-    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, &options->registration, equal,
-                                  NULL, predictions, evidence, others, NULL),
+    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, &options->registration,
+                                  equal, NULL, predictions, evidence, others, NULL),
                      SRNF_OK);
     assert_true(compare_difference(2 * N, probabilities, others) < 1e-12);
-    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, &options->registration, first,
-                                  NULL, predictions, evidence, others, NULL),
+    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, &options->registration,
+                                  first, NULL, predictions, evidence, others, NULL),
                      SRNF_OK);
     for (size_t i = 0; i < N; i++) {
         double odds = probabilities[2 * i + 1] / probabilities[2 * i] * first[1] / first[0];
@@ -141,6 +141,141 @@ static void nested_means_nested(void **state)
     group_close(&g);
 }
 
+/* ---- Numbers beside shape -------------------------------------------------------------------- */
+
+/* One that tells the classes well and one that tells nothing, in very different units. */
+static void fill_numbers(double numbers[2 * N])
+{
+    struct test_random random = test_random_seed(11);
+
+    for (size_t i = 0; i < N; i++) {
+        numbers[2 * i] = 500.0 + 40.0 * (double)labels[i] + 4.0 * test_random_normal(&random);
+        numbers[2 * i + 1] = 1e-3 * test_random_normal(&random);
+    }
+}
+
+/* rms distance over rms difference of a number, of all pairs. */
+static double factor_of(const struct srnf_pca *pca, const double *numbers, size_t k)
+{
+    double shape = 0.0;
+    double number = 0.0;
+
+    for (size_t i = 0; i < N; i++) {
+        for (size_t j = 0; j < i; j++) {
+            for (size_t c = 0; c < pca->components; c++) {
+                double d =
+                    pca->scores[i * pca->components + c] - pca->scores[j * pca->components + c];
+
+                shape += d * d;
+            }
+            number += (numbers[2 * i + k] - numbers[2 * j + k]) *
+                      (numbers[2 * i + k] - numbers[2 * j + k]);
+        }
+    }
+    return sqrt(shape / number);
+}
+
+/* Surfaces that are all of one class but for their numbers. */
+static void check_numbers(const struct group *g, bool gauss)
+{
+    struct srnf_train_options options = options_of(gauss);
+    struct srnf_frozen frozen;
+    struct srnf_trained trained;
+    struct srnf_class_prediction predictions[N];
+    double numbers[2 * N];
+    double evidence[2 * N];
+    double probabilities[2 * N];
+
+    fill_numbers(numbers);
+    options.features = numbers;
+    options.n_features = 2;
+    options.components = 1;
+    options.covariance = SRNF_COVARIANCE_POOLED;
+    options.feature_weight = 2.0;
+    assert_int_equal(train(g, labels, &options, &trained, NULL), SRNF_OK);
+    assert_int_equal(trained.classifier.features, 2);
+    printf("# %s: %zu of %zu right\n", gauss ? "Gaussians" : "nearest", trained.assessment.correct,
+           N);
+    assert_true(trained.assessment.correct >= (gauss ? 12 : 10));
+    frozen = freeze(&trained);
+    frozen.numbers = numbers;
+    for (size_t i = 0; i < N; i++) { /* each with the numbers of one of the other class */
+        size_t other = (i + CLASS) % N;
+
+        assert_int_equal(srnf_predict(g->sht, &frozen, 1, g->surfaces + i, numbers + 2 * i,
+                                      &options.registration, NULL, NULL, predictions, evidence,
+                                      probabilities, NULL),
+                         SRNF_OK);
+        assert_int_equal(srnf_platt_choose(2, probabilities, evidence), labels[i]);
+        assert_true(gauss || fabs(evidence[labels[i]]) < 1e-6); /* it is its own neighbour */
+        assert_int_equal(srnf_predict(g->sht, &frozen, 1, g->surfaces + i, numbers + 2 * other,
+                                      &options.registration, NULL, NULL, predictions, evidence,
+                                      probabilities, NULL),
+                         SRNF_OK);
+        assert_true(!gauss || srnf_platt_choose(2, probabilities, evidence) == labels[other]);
+        assert_true(gauss || evidence[labels[i]] < -1e-3);
+        assert_true(predictions->nearest < 1e-6); /* which is of shape alone */
+    }
+    for (size_t k = 0; k < 2 && !gauss; k++) {
+        figure_below(
+            "factor off, relative",
+            fabs(trained.classifier.factors[k] / (2.0 * factor_of(&trained.pca, numbers, k)) - 1.0),
+            1e-8);
+    }
+    assert_int_equal(srnf_predict(g->sht, &frozen, 1, g->surfaces, NULL, &options.registration,
+                                  NULL, NULL, predictions, evidence, probabilities, NULL),
+                     SRNF_EINVAL);
+    srnf_trained_clear(&trained);
+}
+
+static void numbers_count_beside_shape(void **state)
+{
+    struct group g;
+    (void)state;
+
+    group_open_stars(&g, DEGREE, N, 0.25); /* no class differs in shape */
+    for (size_t i = 0; i < N; i++) {
+        labels[i] = i >= CLASS;
+    }
+    check_numbers(&g, true);
+    check_numbers(&g, false);
+    group_close(&g);
+}
+
+/* What is said of a member rests on its numbers and the others: its label changes no bit of it. */
+static void numbers_are_nested_too(void **state)
+{
+    struct srnf_trained before, after;
+    struct group g;
+    double numbers[2 * N];
+    size_t other[N];
+    (void)state;
+
+    open_classes(&g);
+    fill_numbers(numbers);
+    memcpy(other, labels, sizeof labels);
+    other[N - 1] = 0;
+    for (int gauss = 0; gauss < 2; gauss++) {
+        struct srnf_train_options options = options_of(gauss);
+
+        options.priors = SRNF_PRIORS_EQUAL;
+        options.components = 1;
+        options.covariance = SRNF_COVARIANCE_POOLED;
+        options.features = numbers;
+        options.n_features = 2;
+        assert_int_equal(train(&g, labels, &options, &before, NULL), SRNF_OK);
+        assert_int_equal(train(&g, other, &options, &after, NULL), SRNF_OK);
+        assert_true(compare_difference(2, before.evidence + 2 * (N - 1),
+                                       after.evidence + 2 * (N - 1)) == 0.0);
+        assert_true(compare_difference(2, before.probabilities + 2 * (N - 1),
+                                       after.probabilities + 2 * (N - 1)) == 0.0);
+        assert_true(before.probabilities[0] != after.probabilities[0]);
+        srnf_trained_clear(&after);
+        srnf_trained_clear(&before);
+    }
+    group_close(&g);
+}
+
 static void refused(const struct group *g, const size_t *given, size_t classes,
                     const struct srnf_train_options *options, const char *why)
 {
@@ -177,7 +312,14 @@ static void refuses(void **state)
     refused(&g, labels, 2, &options, "labels differ within a subject");
     options.subjects = NULL;
     options.components = 8;
-    refused(&g, labels, 2, &options, "8 components are more");
+    refused(&g, labels, 2, &options, "8 features, 0 of them");
+    options.components = 0;
+    options.features = (const double[3 * N]){[7] = NAN};
+    options.n_features = 3;
+    refused(&g, labels, 2, &options, "a feature of member 2 is not finite");
+    options.n_features = 65;
+    refused(&g, labels, 2, &options, "65 features are more than 64");
+    options.n_features = 0;
     options.components = 65;
     refused(&g, labels, 2, &options, "components 65");
     group_close(&g);
@@ -202,17 +344,17 @@ static void refuses_to_predict(void **state)
 
     group_open_stars(&g, DEGREE, 1, 0.2);
     classifier.platt = platt;
-    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, &registration, prior, NULL,
+    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, &registration, prior, NULL,
                                   &prediction, evidence, p, &error),
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "1 components of 0"));
     pca.components = 1;
-    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, &registration, prior, NULL,
+    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, &registration, prior, NULL,
                                   &prediction, evidence, p, &error),
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "label 5 of member 1"));
     of[1] = 1;
-    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, &registration, wrong, NULL,
+    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, &registration, wrong, NULL,
                                   &prediction, evidence, p, &error),
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "prior 1"));
@@ -223,6 +365,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(is_kept_and_asked),
+        cmocka_unit_test(numbers_count_beside_shape),
+        cmocka_unit_test(numbers_are_nested_too),
         cmocka_unit_test(nested_means_nested),
         cmocka_unit_test(refuses),
         cmocka_unit_test(refuses_to_predict),

@@ -65,7 +65,7 @@ static int run_predict(void)
                                        .subjects = N};
     struct srnf_class_prediction prediction;
 
-    return srnf_predict(g.sht, &frozen, 1, g.surfaces, &options.registration, NULL, NULL,
+    return srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, &options.registration, NULL, NULL,
                         &prediction, evidence, probabilities, NULL);
 }
 

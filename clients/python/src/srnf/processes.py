@@ -153,11 +153,17 @@ class Processes:
         return self.run("classify", cohort=cohort, **options)
 
     def train(self, cohort: Union[Cohort, str], **options: Any) -> Result:
-        """A classifier that is kept: ``model``, and ``validation``, nested, with intervals and a calibration table."""
+        """A classifier that is kept: ``model``, and ``validation``, nested, with intervals and a calibration table.
+
+        ``scale="shape-and-size"`` and ``covariates=["age", ..]`` count beside shape.
+        """
         return self.run("train", cohort=cohort, **options)
 
     def predict(self, model: Union[Model, str], group: Group, **options: Any) -> Result:
-        """Labels of surfaces or a cohort by a classifier: ``predictions`` with ``probabilities`` and ``typicality``."""
+        """Labels of surfaces or a cohort by a classifier: ``predictions`` with ``probabilities`` and ``typicality``.
+
+        ``covariates=[{"age": 63}, ..]``, one for each surface, where the classifier takes some; a cohort has its own.
+        """
         return self.run("predict", {"model": model, **_group(group)}, **options)
 
     def report(self, of: Union[Cohort, str, Sequence[str]], **options: Any) -> Result:

@@ -1,0 +1,69 @@
+/*
+ * classify_numbers.c - what counts beside shape where members are classified: their sizes, and
+ * covariates of the cohort.
+ */
+#include "processes/classify.h"
+
+#include <math.h>
+
+#include "toolkit/covariates.h"
+
+void classify_set_covariates(struct process_inputs *given)
+{
+    const json_t *names = json_object_get(given->canonical, "covariates");
+    json_t *cohort = json_object_get(given->canonical, "cohort"), *values;
+    json_t *members = json_array_size(names) ? group_stored_members(given) : NULL;
+
+    if (!members) {
+        return;
+    }
+    if (json_array_size(members) != json_array_size(json_object_get(cohort, "surfaces"))) {
+        problem_add(given->list, "/inputs/cohort", "has changed while it was read: send it again");
+        json_decref(members);
+        return;
+    }
+    values = covariate_values(given, members, names);
+    if (json_array_size(values) == json_array_size(names)) {
+        covariates_check(given, names, values);
+    }
+    (void)json_object_set_new(cohort, "values", values);
+    json_decref(members);
+}
+
+json_t *classify_number_names(bool with_size, const json_t *covariates)
+{
+    json_t *names = json_array();
+
+    if (with_size) {
+        (void)json_array_append_new(names, json_string("size"));
+    }
+    for (size_t k = 0; k < json_array_size(covariates); k++) {
+        (void)json_array_append(names, json_array_get(covariates, k));
+    }
+    return names;
+}
+
+int classify_numbers(struct jobs_run *run, const struct srnf_sht *sht,
+                     const struct group_input *members, const struct compute_group *group,
+                     bool with_size, const json_t *values, double **numbers)
+{
+    size_t n = group->n, count = with_size + json_array_size(values);
+    double *normalized = srnf_alloc(srnf_coefficient_count(group->degree), 3 * sizeof(double));
+    int status = normalized ? SRNF_OK : SRNF_ENOMEM;
+
+    *numbers = srnf_alloc(n * count + 1, sizeof(double));
+    status = *numbers ? status : SRNF_ENOMEM;
+    for (size_t i = 0; i < n && status == SRNF_OK; i++) {
+        double *own = *numbers + i * count;
+
+        if (with_size) {
+            status = srnf_normalize(sht, group->surfaces[i], normalized, own);
+            *own += log(process_scale(run, members->ids[i], group->scales[i]));
+        }
+        for (size_t k = with_size; k < count; k++) {
+            own[k] = json_number_value(json_array_get(json_array_get(values, k - with_size), i));
+        }
+    }
+    srnf_free(normalized);
+    return status;
+}

@@ -1,0 +1,221 @@
+/*
+ * predict_numbers.c - what counts beside shape where a classifier is asked: sizes and covariates of
+ * the surfaces, which must all be there.
+ */
+#include "processes/predict.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "api/warnings.h"
+#include "processes/classify.h"
+#include "toolkit/covariates.h"
+
+/* ---- Inputs ---------------------------------------------------------------------------------- */
+
+static void read_covariates(struct process_inputs *given, const struct process_input *input)
+{
+    json_t *value = json_object_get(given->given, input->name), *one;
+    json_t *canonical = value && !json_is_null(value) ? json_array() : json_null();
+    char pointer[64];
+    size_t i;
+
+    if (!json_is_null(canonical) && !json_is_array(value)) {
+        problem_add(given->list, "/inputs/covariates",
+                    "must be null or an array with an object of covariates for each surface");
+    }
+    json_array_foreach(value, i, one)
+    {
+        const char *name;
+        json_t *number, *own = json_object();
+
+        (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", i);
+        if (!json_is_object(one)) {
+            problem_add(given->list, pointer, "must be an object of covariates and numbers");
+        }
+        json_object_foreach(one, name, number)
+        {
+            if (!json_is_number(number) && !json_is_boolean(number)) {
+                problem_add(given->list, pointer, "\"%.60s\" must be a number, true or false",
+                            name);
+            }
+            (void)json_object_set_new(own, name,
+                                      json_is_number(number)
+                                          ? json_real(json_number_value(number) + 0.0)
+                                          : json_real(json_is_true(number) ? 1.0 : 0.0));
+        }
+        (void)json_array_append_new(canonical, own);
+    }
+    (void)json_object_set_new(given->canonical, input->name, canonical);
+}
+
+static bool type_covariates(const json_t *value, void *member)
+{
+    *(json_t **)member = json_deep_copy(value);
+    return *(json_t **)member != NULL;
+}
+
+static void clear_covariates(void *member)
+{
+    json_decref(*(json_t **)member);
+    *(json_t **)member = NULL;
+}
+
+const struct input_own predict_covariates = {
+    .schema = "\"type\":[\"array\",\"null\"],\"items\":{\"type\":\"object\","
+              "\"additionalProperties\":{\"type\":[\"number\",\"boolean\"]}},\"default\":null",
+    .read = read_covariates,
+    .type = type_covariates,
+    .clear = clear_covariates,
+};
+
+/* ---- What holds between them ----------------------------------------------------------------- */
+
+/* The names of the classifier's covariates, in its order (new reference). */
+static json_t *covariate_names(const json_t *names, bool with_size)
+{
+    json_t *own = json_array();
+
+    for (size_t k = with_size; k < json_array_size(names); k++) {
+        (void)json_array_append(own, json_array_get(names, k));
+    }
+    return own;
+}
+
+/* Each surface must have those and no others. */
+static void check_given(struct process_inputs *given, const json_t *names)
+{
+    const json_t *all = json_object_get(given->canonical, "covariates"), *one, *name;
+    size_t n = json_array_size(json_object_get(given->canonical, "surfaces")), i, k;
+    char pointer[64];
+
+    if (json_array_size(all) != n) {
+        problem_add(given->list, "/inputs/covariates",
+                    "has objects of covariates for %zu surfaces; there are %zu, and the classifier "
+                    "needs %zu covariates of each, \"%.60s\" first",
+                    json_array_size(all), n, json_array_size(names),
+                    json_string_value(json_array_get(names, 0)));
+        return;
+    }
+    json_array_foreach(all, i, one)
+    {
+        size_t found = 0;
+
+        (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", i);
+        json_array_foreach(names, k, name)
+        {
+            if (json_object_get(one, json_string_value(name))) {
+                found++;
+            } else {
+                problem_add(given->list, pointer, "has no \"%.60s\", which the classifier takes",
+                            json_string_value(name));
+            }
+        }
+        if (found == json_array_size(names) && json_object_size(one) > found) {
+            problem_add(given->list, pointer,
+                        "has %zu covariates; the classifier takes %zu of them",
+                        json_object_size(one), found);
+        }
+    }
+}
+
+void predict_check_covariates(struct process_inputs *given, const struct store_model *model)
+{
+    json_t *record = json_loads(model->record ? model->record : "{}", 0, NULL);
+    const json_t *features = json_object_get(json_object_get(record, "classifier"), "features");
+    json_t *names = covariate_names(json_object_get(features, "names"),
+                                    json_is_true(json_object_get(features, "size")));
+    json_t *cohort = json_object_get(given->canonical, "cohort"), *members = NULL;
+    bool told = !json_is_null(json_object_get(given->canonical, "covariates"));
+
+    if (told && (json_array_size(names) == 0 || json_is_object(cohort))) {
+        problem_add(given->list, "/inputs/covariates",
+                    json_is_object(cohort)
+                        ? "must be left out: the members of a cohort have their own"
+                        : "must be left out: the classifier takes none");
+    } else if (json_array_size(names) > 0 && json_is_object(cohort)) {
+        members = group_stored_members(given);
+        if (members) {
+            (void)json_object_set_new(cohort, "values", covariate_values(given, members, names));
+        }
+        json_decref(members);
+    } else if (json_array_size(names) > 0) {
+        check_given(given, names);
+    }
+    json_decref(names);
+    json_decref(record);
+}
+
+/* ---- Running --------------------------------------------------------------------------------- */
+
+int predict_load_numbers(struct jobs_run *run, const struct predict *predict,
+                         const struct kept *kept, const struct srnf_sht *sht,
+                         const struct compute_group *group, double **numbers,
+                         struct jobs_result *result)
+{
+    json_t *names = covariate_names(kept->feature_names, kept->with_size), *values;
+    const json_t *name, *one;
+    size_t k, i;
+    int status;
+
+    if (json_is_array(predict->covariates)) {
+        values = json_array();
+        json_array_foreach(names, k, name)
+        {
+            json_t *column = json_array();
+
+            json_array_foreach(predict->covariates, i, one)
+            {
+                (void)json_array_append(column, json_object_get(one, json_string_value(name)));
+            }
+            (void)json_array_append_new(values, column);
+        }
+    } else {
+        values = json_incref(json_object_get(predict->group.cohort, "values"));
+    }
+    status =
+        json_array_size(values) == json_array_size(names)
+            ? classify_numbers(run, sht, &predict->group, group, kept->with_size, values, numbers)
+            : SRNF_EINVAL;
+    json_decref(values);
+    json_decref(names);
+    return status ? compute_fail(result, status, NULL, "reading the numbers beside shape") : 0;
+}
+
+/* ---- Results --------------------------------------------------------------------------------- */
+
+/* Size is told as a length, as elsewhere. */
+static double shown(const struct kept *kept, size_t k, double number)
+{
+    return kept->with_size && k == 0 ? exp(number) : number;
+}
+
+json_t *predict_numbers_json(const struct kept *kept, const double *numbers, size_t i,
+                             const char *name, json_t *warnings)
+{
+    size_t count = kept->classifier.features;
+    json_t *object = count > 0 ? json_object() : json_null();
+
+    for (size_t k = 0; k < count; k++) {
+        const char *covariate = json_string_value(json_array_get(kept->feature_names, k));
+        double value = numbers[i * count + k], lowest = INFINITY, highest = -INFINITY;
+
+        for (size_t m = 0; m < kept->model.pca.n; m++) {
+            lowest = fmin(lowest, kept->numbers[m * count + k]);
+            highest = fmax(highest, kept->numbers[m * count + k]);
+        }
+        if (value < lowest || value > highest) {
+            warning_add(warnings, "extrapolated",
+                        json_pack("{s:I, s:s, s:f, s:f, s:f}", "index", (json_int_t)i, "covariate",
+                                  covariate, "value", shown(kept, k, value), "lowest",
+                                  shown(kept, k, lowest), "highest", shown(kept, k, highest)),
+                        "Surface %zu (%.60s) has %.60s = %.6g, beyond the members that the "
+                        "classifier was trained on, who have %.6g to %.6g.",
+                        i, name, covariate, shown(kept, k, value), shown(kept, k, lowest),
+                        shown(kept, k, highest));
+        }
+        (void)json_object_set_new(object, covariate, json_finite(shown(kept, k, value)));
+    }
+    return object;
+}
