@@ -2,9 +2,8 @@
  * distances.c - distances of a group, and how they are cut into tasks.
  *
  * Pairs are numbered as the entries above the diagonal, column by column; a task is a block of
- * consecutive ones that is estimated to take a second. As registrations are estimated now
- * (compute/seconds.h), that is one pair at every degree. The matrix is filled from the results in
- * any order: each entry belongs to one pair.
+ * consecutive ones that is estimated to take a second (compute/seconds.h). The matrix is filled
+ * from the results in any order: each entry belongs to one pair.
  */
 #include "compute/distances.h"
 
@@ -16,7 +15,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define TASK_SECONDS 1.0
 #define BLOCK_MAX 64 /* pairs */
 
 struct spread {
@@ -137,12 +135,12 @@ static int spread_distances(struct jobs_run *run, enum srnf_metric metric,
                             const struct srnf_register_options *registration, double *matrix,
                             struct jobs_result *result)
 {
-    double seconds = 2.0 * seconds_of_registration((double)group->degree);
+    size_t count = group->n * (group->n - 1) / 2;
     struct spread spread = {
         .asked = {.degree = group->degree, .metric = metric, .registration = *registration},
         .n = group->n,
-        .count = group->n * (group->n - 1) / 2,
-        .block = (size_t)fmin(fmax(TASK_SECONDS / seconds, 1.0), BLOCK_MAX),
+        .count = count,
+        .block = seconds_block(seconds_of_pair((double)group->degree), count, BLOCK_MAX),
         .matrix = matrix};
     struct jobs_round round = {.kind = tasks_kind_find(TASKS_PAIRS),
                                .n = (spread.count + spread.block - 1) / spread.block,

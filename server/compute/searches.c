@@ -12,13 +12,11 @@
 #include "jobs/tasks.h"
 #include "store/digest.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "contents are doubles as they lie here");
 
-#define TASK_SECONDS 1.0
 #define BLOCK_MAX 64 /* surfaces */
 #define LEAST 2      /* surfaces that are worth a round */
 
@@ -154,7 +152,7 @@ static int search_by_workers(void *user, const struct srnf_field_search *search,
                                       .n_phi = grid->n_phi,
                                       .norm2 = search->norm2,
                                       .registration = *search->options},
-                            .block = (size_t)fmin(fmax(TASK_SECONDS / seconds, 1.0), BLOCK_MAX)};
+                            .block = seconds_block(seconds, search->n, BLOCK_MAX)};
     struct jobs_round round = {.kind = tasks_kind_find(TASKS_SEARCHES),
                                .from = search->from,
                                .to = search->to,

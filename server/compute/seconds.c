@@ -7,6 +7,8 @@
 
 #define FACE_SECONDS 20e-6
 #define FEATURES_MAX 20.0 /* principal components that a classifier chooses among */
+#define TASK_SECONDS 1.0
+#define TASKS_LEAST ((size_t)64) /* that blocks leave where there are so many things */
 
 double seconds_of_encodings(double degree, double meshes, double faces)
 {
@@ -15,7 +17,12 @@ double seconds_of_encodings(double degree, double meshes, double faces)
 
 double seconds_of_registration(double degree)
 {
-    return 0.25 + pow(degree / 31.0, 1.2);
+    return 0.1 + 0.1 * pow(degree / 31.0, 2.0) + 6.0 * pow(degree / 127.0, 5.0);
+}
+
+double seconds_of_pair(double degree)
+{
+    return 1.5 * seconds_of_registration(degree);
 }
 
 double seconds_of_inversion(double degree)
@@ -35,4 +42,12 @@ double seconds_of_label_permutations(bool gauss, double n, double classes, doubl
     double features = fmin(FEATURES_MAX, n);
 
     return permutations * (gauss ? 1.4e-9 * n * n * classes * features * features : 1e-9 * n * n);
+}
+
+size_t seconds_block(double each, size_t count, size_t most)
+{
+    size_t shared = count / TASKS_LEAST;
+
+    most = most < shared ? most : shared;
+    return (size_t)fmax(1.0, fmin(TASK_SECONDS / each, (double)most));
 }

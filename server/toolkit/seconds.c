@@ -15,6 +15,7 @@
 
 #define PULLBACK 50.0 /* a path or a mean in the pulled-back metric, in inversions for each step */
 #define LONG 60.0     /* what the inputs leave open */
+#define MEAN 2.0      /* all iterations of a mean, in registrations of each member */
 #define SHOOT_STEP 0.05 /* a surface on the way to those shot, in inversions */
 #define SHOOT_WAY_MAX 64.0
 
@@ -101,7 +102,7 @@ double distances_seconds(const struct api_work *work, const json_t *inputs)
     bool registered = json_is_true(json_object_get(inputs, "register"));
 
     return seconds_of_group(work, registered) +
-           pairs * (registered ? 2.0 * seconds_of_registration(degree) : 1e-6 * degree * degree);
+           pairs * (registered ? seconds_of_pair(degree) : 1e-6 * degree * degree);
 }
 
 /* As if every other pair were registered. */
@@ -120,7 +121,7 @@ double mean_seconds(const struct api_work *work, const json_t *inputs)
 
     return seconds_of_group(work, registered) +
            seconds_of_inversion(degree) * (1.0 + (pullback ? PULLBACK * n : 0.0)) +
-           n * (registered ? seconds_of_registration(degree) * (pullback ? 2.0 : 1.0)
+           n * (registered ? seconds_of_registration(degree) * (pullback ? 4.0 : MEAN)
                            : 1e-4 * degree * degree);
 }
 

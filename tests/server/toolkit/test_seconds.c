@@ -1,6 +1,7 @@
 /*
  * test_seconds.c - which jobs are expected to be short enough for the express lane: what is short
- * is, and what can take much longer for surfaces of any kind is not.
+ * is, and what can take much longer for surfaces of any kind is not. And how many like things make
+ * a task.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -8,6 +9,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "compute/seconds.h"
 #include "jobs/jobs.h"
 #include "toolkit/seconds.h"
 
@@ -57,12 +59,35 @@ static void shots_in_the_other_metric_are_long(void **state)
                          "\"method\":\"pullback\"}") > JOBS_EXPRESS_SECONDS);
 }
 
+/* 4,950 pairs of ventricles took 0.1 s each at degree 15, of brain structures 0.2 s. */
+static void tasks_take_about_a_second(void **state)
+{
+    size_t block = seconds_block(seconds_of_pair(15.0), 4950, 64);
+
+    (void)state;
+    assert_in_range(block, 4, 12);
+    assert_in_range(seconds_block(seconds_of_registration(15.0), 10000, 64), 5, 12);
+    assert_int_equal(seconds_block(seconds_of_pair(127.0), 4950, 64), 1);
+}
+
+static void workers_have_tasks_to_share(void **state)
+{
+    (void)state;
+    assert_int_equal(seconds_block(0.01, 0, 64), 1);
+    assert_int_equal(seconds_block(0.01, 66, 64), 1);
+    assert_int_equal(seconds_block(0.01, 190, 64), 2);
+    assert_int_equal(seconds_block(0.01, 1000000, 64), 64);
+    assert_int_equal(seconds_block(0.1, 1000000, 64), 10);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shots_that_go_far_are_long),
         cmocka_unit_test(ordinary_shots_are_short),
         cmocka_unit_test(shots_in_the_other_metric_are_long),
+        cmocka_unit_test(tasks_take_about_a_second),
+        cmocka_unit_test(workers_have_tasks_to_share),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
