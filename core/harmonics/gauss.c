@@ -68,27 +68,44 @@ void sphere_gauss_legendre(size_t n, double *theta, double *cosine, double *sine
     }
 }
 
-void sphere_clenshaw_curtis(size_t n, double *theta, double *cosine, double *sine, double *weight)
+/* cos(2 pi r / intervals) for all r below intervals, and what it counts for k = 1 and up. */
+static void fill_terms(size_t intervals, long double *turn, long double *part)
+{
+    for (size_t r = 0; r < intervals; r++) {
+        turn[r] = cosl(2.0L * PI_L * (long double)r / (long double)intervals);
+    }
+    for (size_t k = 1; k <= intervals / 2; k++) {
+        part[k] = (2 * k == intervals ? 1.0L : 2.0L) / (long double)(4 * k * k - 1);
+    }
+}
+
+void sphere_clenshaw_curtis(size_t n, long double *scratch, double *theta, double *cosine,
+                            double *sine, double *weight)
 {
     size_t intervals = n - 1;
+    long double *turn = scratch, *part = scratch + n;
 
+    fill_terms(intervals, turn, part);
     for (size_t i = 0; i < n; i++) {
         size_t north = i <= intervals - i ? i : intervals - i;
+        size_t at = 0;
         long double t = PI_L * (long double)north / (long double)intervals;
         long double sum = 1.0L;
         long double c = 2 * north == intervals ? 0.0L : cosl(t);
 
-        for (size_t k = 1; k <= intervals / 2; k++) {
-            long double b = 2 * k == intervals ? 1.0L : 2.0L;
-
-            /* The argument is reduced in integers first: cos(2 k t) stays accurate for any n. */
-            sum -=
-                b / (long double)(4 * k * k - 1) *
-                cosl(2.0L * PI_L * (long double)(k * north % intervals) / (long double)intervals);
-        }
-        weight[i] = (double)((north == 0 ? 1.0L : 2.0L) * sum / (long double)intervals);
         theta[i] = (double)(PI_L * (long double)i / (long double)intervals);
         cosine[i] = (double)(i == north ? c : -c);
         sine[i] = north == 0 ? 0.0 : (double)sinl(t);
+        if (i > north) {
+            weight[i] = weight[north];
+            continue;
+        }
+        for (size_t k = 1; k <= intervals / 2; k++) {
+            /* The argument of cos(2 k t) is reduced in integers: it stays accurate for any n. */
+            at += north;
+            at -= at >= intervals ? intervals : 0;
+            sum -= part[k] * turn[at];
+        }
+        weight[i] = (double)((north == 0 ? 1.0L : 2.0L) * sum / (long double)intervals);
     }
 }

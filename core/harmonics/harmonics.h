@@ -47,7 +47,9 @@ static inline size_t sphere_order_offset(size_t degree, size_t m)
 
 /* gauss.c: nodes and weights for x = cos theta, north to south. weight sums to 2. */
 void sphere_gauss_legendre(size_t n, double *theta, double *cosine, double *sine, double *weight);
-void sphere_clenshaw_curtis(size_t n, double *theta, double *cosine, double *sine, double *weight);
+/* scratch: 2 n. */
+void sphere_clenshaw_curtis(size_t n, long double *scratch, double *theta, double *cosine,
+                            double *sine, double *weight);
 
 /*
  * legendre.c: normalized associated Legendre functions of one colatitude, p[l (l + 1) / 2 + m] with

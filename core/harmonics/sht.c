@@ -84,7 +84,13 @@ static int make_nodes(struct srnf_sht *sht)
     if (sht->grid.kind == SRNF_GRID_GAUSS_LEGENDRE) {
         sphere_gauss_legendre(n, theta, theta + n, theta + 2 * n, theta + 3 * n);
     } else {
-        sphere_clenshaw_curtis(n, theta, theta + n, theta + 2 * n, theta + 3 * n);
+        long double *scratch = srnf_alloc(2 * n, sizeof *scratch);
+
+        if (!scratch) {
+            return SRNF_ENOMEM;
+        }
+        sphere_clenshaw_curtis(n, scratch, theta, theta + n, theta + 2 * n, theta + 3 * n);
+        srnf_free(scratch);
     }
     for (size_t i = 0; i < n; i++) {
         theta[3 * n + i] *= 2.0 * SRNF_PI / (double)sht->grid.n_phi;
