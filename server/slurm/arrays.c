@@ -27,8 +27,6 @@
 
 #define DOUBTS 2.0   /* times of a program after which an array that is not shown is given up */
 #define WATCHED 20.0 /* the same, after which it is no longer looked for */
-#define MEMORY_LEAST 1024 /* MiB: what a pilot had that was not asked for any */
-#define MEMORY_MOST (INT64_C(1) << 20)
 
 /* ---- Rows ------------------------------------------------------------------------------------ */
 
@@ -72,6 +70,18 @@ static void drop(struct slurm *slurm, struct slurm_array *array)
     free(array);
 }
 
+/* It is a failure of its job, and counts as if it ran. False without memory. */
+static bool load_vanished(struct slurm *slurm, struct slurm_array *array)
+{
+    struct slurm_operation *operation = slurm_operation_of(slurm, array->row.job);
+
+    array->pending = (size_t)array->row.size;
+    if (operation) {
+        slurm_operation_fail(operation, "an array is not known to it");
+    }
+    return operation != NULL;
+}
+
 int slurm_arrays_load(struct slurm *slurm)
 {
     struct store_pilots *rows = NULL;
@@ -89,11 +99,14 @@ int slurm_arrays_load(struct slurm *slurm)
             continue;
         }
         array = add(slurm, &rows[i]);
-        if (!array || (rows[i].status != STORE_PILOTS_ENDING &&
-                       !jobs_pass_add(slurm->config.jobs, rows[i].token, rows[i].job))) {
+        if (!array ||
+            (rows[i].status != STORE_PILOTS_ENDING &&
+             !jobs_pass_add(slurm->config.jobs, rows[i].token, rows[i].job)) ||
+            (rows[i].vanished && !load_vanished(slurm, array))) {
             status = STORE_NOMEM;
         } else {
-            array->doubt = clock_now() + DOUBTS * slurm->config.seconds;
+            array->doubt =
+                clock_now() + (rows[i].vanished ? WATCHED : DOUBTS) * slurm->config.seconds;
         }
     }
     free(rows);
@@ -230,24 +243,6 @@ static void count(const struct slurm *slurm, struct slurm_array *array)
     }
 }
 
-/* An element ran out of memory: the next ones get twice as much. */
-static void note_memory(struct slurm_array *array, struct slurm_operation *operation)
-{
-    int64_t had = array->row.memory > 0 ? array->row.memory : MEMORY_LEAST;
-    int64_t next = had < MEMORY_MOST ? 2 * had : had;
-
-    if (strncmp(array->ended, "OUT_OF_MEMORY", 13) != 0 || array->spent) {
-        return;
-    }
-    array->spent = true;
-    if (operation->memory < next) {
-        operation->memory = next;
-    }
-    LOG_WARN("pilot-out-of-memory", log_text("job", array->row.job),
-             log_text("name", array->row.name), log_number("memory", (double)array->row.memory),
-             log_number("next", (double)operation->memory));
-}
-
 static void tell_ended(const struct slurm_array *array, struct slurm_operation *operation)
 {
     if (array->spent) {
@@ -302,9 +297,9 @@ static void settle_unseen(struct slurm *slurm, struct slurm_array *array,
         LOG_WARN("pilots-vanished", log_text("job", array->row.job),
                  log_text("name", array->row.name), log_text("number", array->row.number));
         slurm_operation_fail(operation, "an array is not known to it");
+        array->row.vanished = true;
         slurm_array_end(slurm, array);
         array->doubt = clock_now() + WATCHED * slurm->config.seconds;
-        array->vanished = true;
         array->pending = (size_t)array->row.size;
     } else {
         drop(slurm, array);
@@ -328,7 +323,7 @@ static void settle_one(struct slurm *slurm, struct slurm_array *array)
     }
     submitted = array->row.status == STORE_PILOTS_SUBMITTED;
     if (submitted) {
-        note_memory(array, operation);
+        slurm_memory_note(slurm, array, operation);
         tell_ended(array, operation);
     }
     if (array->pending + array->running + array->leaving > 0) {
@@ -337,7 +332,7 @@ static void settle_one(struct slurm *slurm, struct slurm_array *array)
     if (array->row.status == STORE_PILOTS_ENDING) {
         if (array->seen || slurm->looked >= array->doubt) {
             drop(slurm, array);
-        } else if (array->vanished) {
+        } else if (array->row.vanished) {
             array->pending = (size_t)array->row.size;
         }
     } else if (array->seen) {

@@ -89,7 +89,7 @@ void slurm_cancel_ending(struct slurm *slurm, bool all)
 
     for (struct slurm_array *array = slurm->arrays; array; array = array->next) {
         bool lives = array->pending + array->running > 0 || (all && !array->seen);
-        bool again = array->vanished && array->told && !array->seen;
+        bool again = array->row.vanished && array->told && !array->seen;
 
         if (array->row.status == STORE_PILOTS_ENDING && array->row.number[0] && lives && !again) {
             add_cancel(slurm, &cancels, array->row.number);

@@ -3,6 +3,7 @@
  *
  *   slurm.c     the thread: looks, settles, asks for pilots and cancels them, in turn
  *   arrays.c    arrays of pilots from their intent to their end
+ *   memory.c    pilots that ran out of memory, and what the next get
  *   cancel.c    pilots that are not needed, and those that nobody knows
  *   operations.c  jobs that have pilots: how many each wants, when to try again, what to say
  *   queue.c     what squeue answers
@@ -91,8 +92,7 @@ struct slurm_array {
     bool seen;                         /* at some look */
     bool spent;                        /* its memory was too little, and that was noted */
     bool cut;                          /* some of its elements were cancelled */
-    bool vanished;                     /* submitted, never shown, and given up */
-    bool told;                         /* then: that was cancelled by its number */
+    bool told;                         /* it vanished, and was cancelled by its number */
     double doubt;                      /* it may still come to light until then */
     size_t done;                       /* tasks of its job that were done when it was submitted */
     char reason[SLURM_REASON_MAX];     /* of what is pending */
@@ -162,6 +162,11 @@ double slurm_sweep_due(const struct slurm *slurm);
 void slurm_name_prefix(const struct slurm *slurm, char prefix[SLURM_PREFIX_MAX]);
 /* The array is to end, and its token ends with it. */
 void slurm_array_end(struct slurm *slurm, struct slurm_array *array);
+/* Where an element ran out of memory, the next pilots of the job get twice as much (memory.c). */
+void slurm_memory_note(struct slurm *slurm, struct slurm_array *array,
+                       struct slurm_operation *operation);
+/* MiB of a pilot in what squeue prints of resources, "cpu=1,mem=1.50G,node=1"; 0: it tells none. */
+int64_t slurm_memory_read(const char *text);
 
 /* ---- Operations (operations.c) --------------------------------------------------------------- */
 

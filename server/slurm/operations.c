@@ -143,7 +143,7 @@ static void count_arrays(struct slurm *slurm)
         }
         o->attempt = array->row.attempt > o->attempt ? array->row.attempt : o->attempt;
         o->memory = array->row.memory > o->memory ? array->row.memory : o->memory;
-        if (array->row.status == STORE_PILOTS_ENDING && !(array->vanished && o->failures > 1)) {
+        if (array->row.status == STORE_PILOTS_ENDING && !(array->row.vanished && o->failures > 1)) {
             continue;
         }
         o->pending += array->pending;

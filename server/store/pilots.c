@@ -17,9 +17,9 @@ static int run_pilots_put(struct store *store, sqlite3 *db, struct store_write *
     (void)store;
     return store_execute(db, NULL,
                          "INSERT OR REPLACE INTO pilots (name, job, number, status, try, size, "
-                         "memory, token) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                         "ttttiiit", row->name, row->job, row->number, statuses[row->status],
-                         row->attempt, row->size, row->memory, row->token);
+                         "memory, token, vanished) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                         "ttttiiiti", row->name, row->job, row->number, statuses[row->status],
+                         row->attempt, row->size, row->memory, row->token, (int64_t)row->vanished);
 }
 
 int store_pilots_put(struct store *store, const struct store_pilots *row)
@@ -60,6 +60,7 @@ static void read_pilots(sqlite3_stmt *rows, struct store_pilots *row)
     row->size = sqlite3_column_int64(rows, 5);
     row->memory = sqlite3_column_int64(rows, 6);
     store_column_id(rows, 7, row->token, sizeof row->token);
+    row->vanished = sqlite3_column_int64(rows, 8) != 0;
 }
 
 int store_pilots_list(struct store *store, struct store_pilots **list, size_t *n)
@@ -74,7 +75,7 @@ int store_pilots_list(struct store *store, struct store_pilots **list, size_t *n
         return status;
     }
     status = store_prepare(reader->db, &rows,
-                           "SELECT name, job, number, status, try, size, memory, token "
+                           "SELECT name, job, number, status, try, size, memory, token, vanished "
                            "FROM pilots ORDER BY name",
                            "");
     while (status == STORE_OK && (status = store_step(reader->db, rows)) == STORE_OK) {

@@ -26,6 +26,7 @@ struct store_pilots {
     int64_t attempt, size; /* from 1 on */
     int64_t memory;        /* MiB that were asked for each; 0: as the cluster gives */
     char token[65];        /* digest */
+    bool vanished;         /* it was submitted, never shown, and given up */
 };
 
 /* Writes the row of that name, durably. */

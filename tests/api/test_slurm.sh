@@ -310,6 +310,10 @@ sleep 8
 is "$(arrays "$JOB")" 2 'arrays that vanish are asked for again once, and then waited for'
 await '^CANCELLED( CANCELLED)*$' states "$JOB"
 like "$GOT" '^CANCELLED( CANCELLED)*$' 'and they are cancelled'
+kill_server
+start_again
+sleep 3
+is "$(arrays "$JOB")" 2 'a daemon that starts again asks for no more'
 rm "$STATE/squeue"
 echo 2 >"$STATE/nodes"
 post "/v1/jobs/$JOB/cancel"
@@ -324,7 +328,13 @@ await 'out of memory' message "$JOB"
 like "$GOT" 'a pilot ran out of memory, the next get 2048 MiB' 'out of memory is told'
 ends_as_local 'and the next have more'
 is "$(grep -oE '\--mem=[0-9]+M' "$STATE/calls" | paste -sd' ')" '--mem=2048M' 'which sbatch is told'
-rm "$STATE/memory"
+echo 700 >"$STATE/given"
+echo 900 >"$STATE/memory"
+begin 1,3,2,0
+await 'out of memory' message "$JOB"
+like "$GOT" 'a pilot ran out of memory, the next get 1400 MiB' 'from what the cluster gave'
+ends_as_local 'and that is enough'
+rm "$STATE/memory" "$STATE/given"
 begin 0,1,3
 await RUNNING states "$JOB"
 ELEMENT=$(dirname "$(grep -l RUNNING "$STATE"/*/*/word | tail -n 1)")

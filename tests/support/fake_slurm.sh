@@ -13,6 +13,7 @@
 #     flood         prints 6 MiB
 #     hide          does its work and prints nothing
 # state/memory      MiB below which an element ends as OUT_OF_MEMORY
+# state/given       MiB of elements that ask for none; without the file Slurm gives no memory at all
 # state/calls       one line a call: program and arguments; state/seen-N: arguments and environment of a call of sbatch,
 #                   as /proc has them
 # state/ID/N/       an element: word (its state), pid, script
@@ -93,6 +94,7 @@ submit() { # ARGUMENTS..
     mkdir "$STATE/$id"
     cat >"$STATE/$id/script"
     echo "$name" >"$STATE/$id/name"
+    [ "$memory" != 0 ] || memory=$(cat "$STATE/given" 2>/dev/null || echo 0)
     echo "$memory" >"$STATE/$id/memory"
     for n in $(seq 1 "$size"); do
         mkdir "$STATE/$id/$n"
@@ -102,10 +104,24 @@ submit() { # ARGUMENTS..
     echo "$id"
 }
 
+# What the elements of an array were given.
+resources() { # ID
+    local element
+    line "$STATE/$1/memory" 0
+    for element in "$STATE/$1"/*/; do
+        if [ "$LINE" = 0 ]; then echo 'cpu=1,node=1,billing=1'; else echo "cpu=1,mem=${LINE}M,node=1,billing=1"; fi
+    done
+}
+
 list() { # ARGUMENTS..
-    local argument names='' element array name reason
+    local argument names='' element array name reason id=''
     for argument; do
         case $argument in
+        --jobs=*) id=${argument#--jobs=} ;;
+        tres-alloc*)
+            resources "$id"
+            return
+            ;;
         --name=*) names=,${argument#--name=}, ;;
         --me) names=all ;;
         esac

@@ -279,6 +279,32 @@ static void sbatch_gets_arguments_without_secrets(void **state)
     free(arguments);
 }
 
+static void memory_is_read_in_mib(void **state)
+{
+    static const struct {
+        const char *text;
+        int64_t mib;
+    } cases[] = {
+        {"cpu=2,mem=600M,node=1,billing=2  \ncpu=2,mem=600M,node=1\n", 600},
+        {"mem=1.50G,cpu=1\n", 1536},
+        {"cpu=1,mem=2T", 1048576},
+        {"cpu=1,mem=512K", 1},
+        {"cpu=1,mem=9P", 1048576},
+        {"cpu=1,node=1,billing=1\n", 0},
+        {"gres/gmem=4G\n", 0},
+        {"cpu=1,mem=\n", 0},
+        {"cpu=1,mem=-4G", 0},
+        {"cpu=1,mem=inf", 0},
+        {"cpu=1,mem=4", 0},
+        {"", 0},
+    };
+
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        assert_int_equal(slurm_memory_read(cases[i].text), cases[i].mib);
+    }
+}
+
 static void the_script_is_one_command(void **state)
 {
     struct slurm_config config = settings();
@@ -392,6 +418,7 @@ int main(void)
         cmocka_unit_test(what_is_no_queue_is_none),
         cmocka_unit_test(long_fields_are_cut),
         cmocka_unit_test(sbatch_gets_arguments_without_secrets),
+        cmocka_unit_test(memory_is_read_in_mib),
         cmocka_unit_test(the_script_is_one_command),
         cmocka_unit_test(one_certificate_goes_along),
         cmocka_unit_test(arguments_that_would_break_it_are_refused),

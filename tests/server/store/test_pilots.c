@@ -27,11 +27,14 @@ static void rows_come_change_and_go(void **state)
     assert_int_equal(store_pilots_put(store, &row), STORE_OK);
     snprintf(row.name, sizeof row.name, "a");
     row.status = STORE_PILOTS_ENDING;
+    row.vanished = true;
     assert_int_equal(store_pilots_put(store, &row), STORE_OK);
     assert_int_equal(store_pilots_list(store, &list, &n), STORE_OK);
     assert_int_equal(n, 2);
     assert_string_equal(list[0].name, "a");
     assert_int_equal(list[0].status, STORE_PILOTS_ENDING);
+    assert_true(list[0].vanished);
+    assert_false(list[1].vanished);
     assert_string_equal(list[1].name, "b");
     assert_int_equal(list[1].status, STORE_PILOTS_SUBMITTED);
     assert_string_equal(list[1].number, "123");
