@@ -55,6 +55,7 @@ struct jobs_open_round {
     size_t users;
     double offer_at; /* when all who wait are to be asked again, since a task is free that was not,
                         or was not given to one who lost it; by the monotonic clock, 0: never */
+    double stirred;  /* when the thread of the run was woken last, by the same */
     bool failed;     /* a task was lost too often, or for certain */
     size_t poison;
     double seconds;  /* that tasks took whose leases have ended with a result */

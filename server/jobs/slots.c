@@ -9,6 +9,20 @@
 
 #include <stdint.h>
 
+/* Between two times that the thread of the run is woken: it takes what has come and tells how many
+   are at work, and to be woken for each of thousands costs more than both. */
+#define STIR_SECONDS 0.02
+
+/* Wakes the thread of the run, at once where it must be, otherwise unless it was woken just now:
+   the next task or its next look does it then. */
+static void stir(struct jobs_open_round *round, double now, bool must)
+{
+    if (must || now - round->stirred >= STIR_SECONDS) {
+        round->stirred = now;
+        pthread_cond_signal(&round->changed);
+    }
+}
+
 void jobs_slot_lease(struct jobs_open_round *round, size_t index, double seconds)
 {
     struct jobs_slot *slot = &round->slots[index];
@@ -24,7 +38,7 @@ void jobs_slot_lease(struct jobs_open_round *round, size_t index, double seconds
     }
     round->first_leased = index;
     round->leased++;
-    pthread_cond_signal(&round->changed);
+    stir(round, slot->since, false);
 }
 
 /* Out of the list of those that are leased, if it is in it. */
@@ -56,7 +70,7 @@ void jobs_slot_finish(struct jobs_open_round *round, size_t index, struct tasks_
         result->bytes = NULL;
     }
     round->arrived[round->done++] = index;
-    pthread_cond_signal(&round->changed);
+    stir(round, clock_now(), round->done == round->what->n);
 }
 
 void jobs_slot_free(struct jobs_open_round *round, size_t index)

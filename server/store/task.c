@@ -265,7 +265,8 @@ int store_task_finish(struct store *store, const char *id, const char *secret,
     move.maker = maker;
     move.result = result;
     move.size = size;
-    return store_write(store, run_finish, &move);
+    /* Likewise: what follows from the result waits for the disk, and brings it there too. */
+    return store_write_relaxed(store, run_finish, &move);
 }
 
 /* Reasons are lines, each with where it was; those that do not fit are left out. reason: NULL for

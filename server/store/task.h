@@ -8,6 +8,9 @@
  * A lease is known by its task and its secret, which is new with each attempt. Each move is one
  * UPDATE guarded by the status and the attempt or secret: of two that come at once, one gets
  * STORE_CONFLICT. When a lease expires is not known here. Tasks go with the end of their job.
+ *
+ * Leases and results outlive the daemon, but are committed without waiting for the disk: a failure
+ * of power may undo the last ones, in the order in which they came, and their tasks are done again.
  */
 #ifndef SRNFD_STORE_TASK_H
 #define SRNFD_STORE_TASK_H

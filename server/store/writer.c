@@ -7,8 +7,9 @@
  * within a savepoint of its own: a write that is refused (STORE_CONFLICT, STORE_NOT_FOUND,
  * STORE_QUOTA, STORE_QUEUED) is
  * undone alone. One COMMIT, and so one fsync, serves the group; only then are the callers woken.
- * A group whose writes are all relaxed, as leases are, is committed without that fsync: other
- * processes see it and it outlives this one, and a failure of power that undoes it does no harm.
+ * A group whose writes are all relaxed, as leases and their results are, is committed without that
+ * fsync: other processes see it and it outlives this one, and a failure of power that undoes it
+ * costs no more than the work. The next group that is not, or checkpoint, brings it to the disk.
  * When the group fails as a whole, because the disk is full or a statement broke the transaction,
  * it is rolled back and its writes are run again one by one, so that the failure stays with
  * whoever causes it; one that frees room then has the reserve (reserve.c).
