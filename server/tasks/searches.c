@@ -25,6 +25,7 @@
 #define FAILED UINT64_MAX /* in the place of the number of links */
 #define SENTENCE sizeof(((struct srnf_error *)0)->message)
 #define LINK_DEGREE_MAX 64
+#define ROUNDING 1e-6 /* of rotations that are found: theirs is some 1e-15 */
 
 enum field {
     FIELD_VERSION,
@@ -202,6 +203,25 @@ static int read_failure(const unsigned char **at, const unsigned char *end, stru
     return SRNF_OK;
 }
 
+/* Whether it is one, to rounding: what is found turns a surface, and neither stretches nor mirrors
+   it. */
+static bool is_rotation(const double m[9])
+{
+    double determinant = m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
+                         m[2] * (m[3] * m[7] - m[4] * m[6]);
+    bool good = fabs(determinant - 1.0) < ROUNDING;
+
+    for (size_t i = 0; i < 3; i++) {
+        for (size_t j = 0; j <= i; j++) {
+            double product =
+                m[3 * i] * m[3 * j] + m[3 * i + 1] * m[3 * j + 1] + m[3 * i + 2] * m[3 * j + 2];
+
+            good = good && fabs(product - (i == j ? 1.0 : 0.0)) < ROUNDING;
+        }
+    }
+    return good;
+}
+
 /* The link at the bytes, appended to the warp (NULL: only looked at); *size: that it takes. */
 static int read_link(const unsigned char *bytes, size_t left, struct srnf_warp *warp, size_t *size)
 {
@@ -211,7 +231,8 @@ static int read_link(const unsigned char *bytes, size_t left, struct srnf_warp *
     size_t count = left >= 16 ? count_values(tasks_get(bytes), tasks_get(bytes + 8)) : 0;
 
     *size = 16 + 8 * count;
-    if (count == 0 || *size > left || !tasks_get_doubles(bytes + 16, count, values)) {
+    if (count == 0 || *size > left || !tasks_get_doubles(bytes + 16, count, values) ||
+        (tasks_get(bytes) == SRNF_WARP_ROTATION && !is_rotation(values))) {
         return SRNF_EINVAL;
     }
     link = (struct srnf_warp_link){.kind = (enum srnf_warp_kind)tasks_get(bytes),
@@ -228,7 +249,8 @@ static int read_found(const unsigned char **at, const unsigned char *end, double
     uint64_t links = left >= 80 ? tasks_get(*at) : 0;
     int status = SRNF_OK;
 
-    if (left < 80 || links > LINKS_MAX || !tasks_get_doubles(*at + 8, 9, rotation)) {
+    if (left < 80 || links > LINKS_MAX || !tasks_get_doubles(*at + 8, 9, rotation) ||
+        !is_rotation(rotation)) {
         return SRNF_EINVAL;
     }
     *at += 80;

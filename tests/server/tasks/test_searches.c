@@ -386,6 +386,34 @@ static bool stops(void *user)
     return true;
 }
 
+/* As a worker returns that computes wrong, or makes numbers up: they are finite, and no rotation. */
+static void what_is_no_rotation_is_told(void **state)
+{
+    static const double bad[][9] = {{2, 0, 0, 0, 2, 0, 0, 0, 2},
+                                    {-1, 0, 0, 0, 1, 0, 0, 0, 1},
+                                    {1, 1e-3, 0, 0, 1, 0, 0, 0, 1},
+                                    {0}};
+    struct world *world = *state;
+    struct tasks_bytes inputs, result = run(world, &world->asked, world->contents);
+    unsigned char *places[] = {result.bytes + 8, result.bytes + 96}; /* O; that of the first link */
+
+    assert_int_equal(tasks_get(result.bytes + 80), SRNF_WARP_ROTATION);
+    assert_int_equal(tasks_searches_write(&world->asked, &inputs), SRNF_OK);
+    for (size_t p = 0; p < sizeof places / sizeof places[0]; p++) {
+        unsigned char kept[72];
+
+        memcpy(kept, places[p], sizeof kept);
+        for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
+            tasks_put_doubles(places[p], bad[k], 9);
+            assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+        }
+        memcpy(places[p], kept, sizeof kept);
+    }
+    assert_true(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+    free(inputs.bytes);
+    free(result.bytes);
+}
+
 static void a_task_that_is_stopped_yields_nothing(void **state)
 {
     const struct world *world = *state;
@@ -459,6 +487,7 @@ int main(void)
         TEST(who_takes_may_fail),
         TEST(what_is_no_task_is_refused),
         TEST(what_is_no_result_is_told),
+        TEST(what_is_no_rotation_is_told),
         TEST(options_come_back),
         TEST(a_task_that_is_stopped_yields_nothing),
     };
