@@ -58,7 +58,10 @@ while [ "$killed" -lt "$KILLS" ] || [ "$counted" -eq 0 ]; do
     execute mean "$(mean_of "$means")" --header 'Prefer: respond-async'
     JOB=$(json .jobID)
     restarts=0
+    tasks=0 # of its first registrations, as it says
     while get "/v1/jobs/$JOB" && case $(json .status) in accepted | running) true ;; *) false ;; esac; do
+        TASKS=$(json .message | sed -n 's/^[0-9]* of \([0-9]*\) tasks done.*/\1/p')
+        [ -z "$TASKS" ] || tasks=$TASKS
         sleep "$((RANDOM % 2)).$((RANDOM % 10))"
         victim=$((RANDOM % 3))
         kill_server "${WORKERS[victim]}"
@@ -88,8 +91,8 @@ while [ "$killed" -lt "$KILLS" ] || [ "$counted" -eq 0 ]; do
     if [ "$restarts" -eq 0 ]; then
         counted=$((counted + 1))
         accepted=$(($(count "done") - done_before))
-        [ "$accepted" -eq $((N / 2)) ] || note "mean $means: $accepted tasks accepted of $((N / 2))"
-        [ "$accepted" -eq $((N / 2)) ] || lost=$((lost + 1))
+        [ "$accepted" -eq "$tasks" ] || note "mean $means: $accepted tasks accepted of $tasks"
+        [ "$accepted" -eq "$tasks" ] || lost=$((lost + 1))
     fi
 done
 note "$means means, $killed kills, $counted means without a death of the daemon"

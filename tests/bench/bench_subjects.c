@@ -26,6 +26,7 @@
 #define COUNT ((DEGREE + 1) * (DEGREE + 1))
 #define SUBJECTS_MAX ((size_t)10000)
 #define SENDERS ((size_t)8)
+#define SUBJECTS_AT 48 /* in the inputs of a task: how many subjects it has */
 
 static struct drawn drawn;
 static char (*ids)[80];
@@ -141,7 +142,14 @@ struct worker {
     size_t done, refused;
 };
 
-static atomic_size_t returned;
+static atomic_size_t returned, tasks; /* subjects, and tasks of them */
+static size_t first;                  /* subjects of the task that was there to see */
+
+/* How many the task is about, beside the centre. */
+static size_t subjects_of(const struct drawn_lease *lease)
+{
+    return json_array_size(json_object_get(lease->document, "contents")) - 1;
+}
 
 /* Gets what the task is about that the worker does not have. */
 static bool fetch(struct worker *worker, struct link *link, const struct drawn_lease *lease)
@@ -166,6 +174,7 @@ static void *work_on(void *argument)
 
     while (link && !atomic_load(&drawn.stop)) {
         struct drawn_lease lease;
+        size_t n;
 
         if (!drawn_ask(&drawn, link, worker->number, 2.0, &lease)) {
             worker->refused++;
@@ -173,16 +182,19 @@ static void *work_on(void *argument)
             bool good = fetch(worker, link, &lease);
 
             drawn_pause(drawn_seconds(&worker->state, worker->mean));
-            good = drawn_return(link, &lease, found.bytes, found.size) && good;
+            n = subjects_of(&lease);
+            good = drawn_return(link, &lease, found.bytes, found.size, n) && good;
             worker->refused += !good;
-            (void)atomic_fetch_add(&returned, good);
+            (void)atomic_fetch_add(&returned, good ? n : 0);
+            (void)atomic_fetch_add(&tasks, good);
         }
     }
     link_destroy(link);
     return NULL;
 }
 
-/* Computes one task, as a worker does: its result is that of all. Waits until there is one. */
+/* Computes the first subject of a task, as a worker does: what it finds is that of all. Waits until
+   there is a task. */
 static void find_one(void)
 {
     struct link *link = link_create(&drawn.target, &drawn.stop);
@@ -203,17 +215,22 @@ static void find_one(void)
         contents[i] = (struct tasks_content){.bytes = answers[i].bytes, .size = answers[i].size};
     }
     text = json_string_value(json_object_get(lease.document, "inputs"));
-    if (json_array_size(json_object_get(lease.document, "contents")) != 2 ||
-        sodium_base642bin(inputs, sizeof inputs, text, strlen(text), NULL, &size, NULL,
+    if (sodium_base642bin(inputs, sizeof inputs, text, strlen(text), NULL, &size, NULL,
                           sodium_base64_VARIANT_ORIGINAL) != 0 ||
-        tasks_kind_find(TASKS_SEARCHES)->run(inputs, size, contents, 2, NULL, &found, NULL) != 0) {
+        size < SUBJECTS_AT + 8) {
+        drawn_give_up(&drawn, "a task", "it cannot be read");
+    }
+    memset(inputs + SUBJECTS_AT, 0, 8);
+    inputs[SUBJECTS_AT] = 1;
+    if (tasks_kind_find(TASKS_SEARCHES)->run(inputs, size, contents, 2, NULL, &found, NULL) != 0) {
         drawn_give_up(&drawn, "a task", "it cannot be computed");
     }
     (void)printf("a task: %zu bytes of the centre, %zu of the subject, %zu found\n",
                  contents[0].size, contents[1].size, found.size);
     link_answer_clear(&answers[0]);
     link_answer_clear(&answers[1]);
-    if (!drawn_return(link, &lease, found.bytes, found.size)) {
+    first = subjects_of(&lease);
+    if (!drawn_return(link, &lease, found.bytes, found.size, first)) {
         drawn_give_up(&drawn, "a result", "it is not taken");
     }
     link_destroy(link);
@@ -229,7 +246,8 @@ static bool is_offered(void)
     bool offered;
 
     (void)drawn_ask(&drawn, link, 0, 20.0, &lease);
-    offered = lease.document && drawn_return(link, &lease, found.bytes, found.size);
+    first = lease.document ? subjects_of(&lease) : 0;
+    offered = lease.document && drawn_return(link, &lease, found.bytes, found.size, first);
     link_destroy(link);
     return offered;
 }
@@ -270,7 +288,8 @@ static void run_row(size_t row, size_t threads, double mean)
         while (!is_offered()) {
         }
     }
-    atomic_store(&returned, 1);
+    atomic_store(&returned, first);
+    atomic_store(&tasks, 0);
     atomic_store(&drawn.stop, false);
     before = drawn_measure(&drawn);
     for (size_t i = 0; i < threads; i++) {
@@ -290,7 +309,7 @@ static void run_row(size_t row, size_t threads, double mean)
     }
     (void)printf("%8zu %8.0f %9.0f ", threads, 1e3 * mean,
                  (double)threads / (mean > 1e-3 ? mean : 1e-3));
-    drawn_print(&before, &after, (double)subjects - 1.0);
+    drawn_print(&before, &after, (double)atomic_load(&tasks));
     (void)printf(" %8zu %5.0f %13.0f\n", refused, after.memory,
                  file_mib("srnfd.db") + file_mib("srnfd.db-wal"));
     (void)fflush(stdout);

@@ -5,7 +5,8 @@
  *
  *   bench_tasks [THREADS MILLISECONDS]   one row of the second table alone
  *
- * A row is one job of `distances`, each of whose pairs is a task. The first table has tasks of one
+ * A row is one job of `distances`, whose pairs are tasks, or blocks of them where they are many. The
+ * first table has tasks of one
  * second exactly: how long one to six workers take, and how much longer than that is without what
  * comes between two tasks. The second has as many tasks as come: for each the processor time of the
  * daemon, what goes over the network, and what is written to the disk.
@@ -18,10 +19,11 @@
 
 #include "bench/drawn.h"
 
-#define SURFACES 100
+#define SURFACES 230
+#define PAIRS_AT 40 /* in the inputs of a task: how many pairs it has */
 
 static struct drawn drawn;
-static atomic_size_t returned;
+static atomic_size_t returned, pairs; /* tasks, and what they had */
 static char ids[SURFACES][80];
 
 /* ---- What is computed ------------------------------------------------------------------------ */
@@ -79,6 +81,7 @@ static bool work(struct worker *worker, struct link *link)
 {
     static const unsigned char half[8] = {[6] = 0xe0, [7] = 0x3f}; /* 0.5 */
     struct drawn_lease lease;
+    size_t n;
 
     if (!drawn_ask(&drawn, link, worker->number, 2.0, &lease)) {
         worker->refused++;
@@ -87,10 +90,12 @@ static bool work(struct worker *worker, struct link *link)
     if (!lease.document) {
         return false;
     }
+    n = (size_t)drawn_number(&lease, PAIRS_AT);
     drawn_pause(worker->exact ? worker->mean : drawn_seconds(&worker->state, worker->mean));
-    if (drawn_return(link, &lease, half, sizeof half)) {
+    if (drawn_return(link, &lease, half, sizeof half, n)) {
         worker->done++;
         (void)atomic_fetch_add(&returned, 1);
+        (void)atomic_fetch_add(&pairs, n);
     } else {
         worker->refused++;
     }
@@ -128,6 +133,7 @@ static double run_workers(const struct row *row, bool exact, const char *job, do
 
     *refused = 0;
     atomic_store(&returned, 0);
+    atomic_store(&pairs, 0);
     atomic_store(&drawn.stop, false);
     for (size_t i = 0; i < row->threads; i++) {
         workers[i] =
@@ -137,9 +143,9 @@ static double run_workers(const struct row *row, bool exact, const char *job, do
         }
     }
     while (strcmp(status, "successful") != 0 && strcmp(status, "failed") != 0 &&
-           drawn_now() - begun < 120.0) {
+           drawn_now() - begun < 300.0) {
         (void)usleep(10000);
-        if (atomic_load(&returned) >= row->surfaces * (row->surfaces - 1) / 2) {
+        if (atomic_load(&pairs) >= row->surfaces * (row->surfaces - 1) / 2) {
             drawn_job(&drawn, job, "status", status); /* before, that would cost it more */
         }
     }
@@ -182,7 +188,7 @@ static void run_drawn(size_t number, const struct row *row)
     after = drawn_measure(&drawn);
     (void)printf("%8zu %8.0f %9.0f ", row->threads, 1e3 * row->mean,
                  (double)row->threads / (row->mean > 1e-3 ? row->mean : 1e-3));
-    drawn_print(&before, &after, 0.5 * (double)(row->surfaces * (row->surfaces - 1)));
+    drawn_print(&before, &after, (double)atomic_load(&returned));
     (void)printf(" %8zu\n", refused);
     (void)fflush(stdout);
 }
@@ -190,7 +196,7 @@ static void run_drawn(size_t number, const struct row *row)
 int main(int n_arguments, char **arguments)
 {
     static const struct row exact[] = {{1, 5, 1.0}, {2, 7, 1.0}, {4, 9, 1.0}, {6, 12, 1.0}};
-    static const struct row rows[] = {{1, SURFACES, 0.0},
+    static const struct row rows[] = {{1, 100, 0.0},
                                       {16, SURFACES, 0.0},
                                       {100, SURFACES, 0.5},
                                       {1000, SURFACES, 5.0},

@@ -195,15 +195,37 @@ static inline bool drawn_fetch(struct link *link, const struct drawn_lease *leas
     return answer->status == 200;
 }
 
-/* Returns the result and lets go of the lease; false: it was not taken. */
-static inline bool drawn_return(struct link *link, struct drawn_lease *lease, const void *bytes,
-                                size_t size)
+/* The number at an offset in the inputs of the task. */
+static inline uint64_t drawn_number(const struct drawn_lease *lease, size_t offset)
 {
+    const char *text = json_string_value(json_object_get(lease->document, "inputs"));
+    static _Thread_local unsigned char inputs[(size_t)64 << 10];
+    uint64_t number = 0;
+    size_t size = 0;
+
+    (void)sodium_base642bin(inputs, sizeof inputs, text ? text : "", text ? strlen(text) : 0, NULL,
+                            &size, NULL, sodium_base64_VARIANT_ORIGINAL);
+    for (size_t k = 0; k < 8 && offset + 8 <= size; k++) {
+        number |= (uint64_t)inputs[offset + k] << 8 * k;
+    }
+    return number;
+}
+
+/* Returns the result, of so many parts that are all the same, and lets go of the lease; false: it
+   was not taken. */
+static inline bool drawn_return(struct link *link, struct drawn_lease *lease, const void *part,
+                                size_t part_size, size_t parts)
+{
+    size_t size = parts * part_size;
+    unsigned char *bytes = malloc(size + 1);
     unsigned char digest[crypto_hash_sha256_BYTES];
     char path[160], encoded[48], text[64];
     struct link_answer answer;
     bool taken;
 
+    for (size_t i = 0; i < parts; i++) {
+        memcpy(bytes + i * part_size, part, part_size);
+    }
     (void)crypto_hash_sha256(digest, bytes, size);
     (void)sodium_bin2base64(encoded, sizeof encoded, digest, sizeof digest,
                             sodium_base64_VARIANT_ORIGINAL);
@@ -222,6 +244,7 @@ static inline bool drawn_return(struct link *link, struct drawn_lease *lease, co
               &answer);
     taken = answer.status == 204;
     link_answer_clear(&answer);
+    free(bytes);
     json_decref(lease->document);
     return taken;
 }
