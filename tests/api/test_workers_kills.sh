@@ -88,7 +88,7 @@ while [ "$killed" -lt "$KILLS" ] || [ "$counted" -eq 0 ]; do
         get "/v1/jobs/$JOB"
         note "mean $means: $(json .status) $(json .exception.detail)"
     fi
-    if [ "$restarts" -eq 0 ]; then
+    if [ "$restarts" -eq 0 ] && [ "$tasks" -gt 0 ]; then
         counted=$((counted + 1))
         accepted=$(($(count "done") - done_before))
         [ "$accepted" -eq "$tasks" ] || note "mean $means: $accepted tasks accepted of $tasks"
