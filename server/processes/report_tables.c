@@ -97,12 +97,26 @@ static const json_t *names_of(const struct report_page *page, const json_t *obje
     return NULL;
 }
 
-/* The name of a column: of a square matrix as its rows; scores are of components, shares of
-   parts. */
-static void put_column(const struct report_page *page, const char *name, const json_t *square,
-                       size_t k)
+/* Whether a matrix is of points or directions, with a column for each axis. */
+static bool has_axes(const char *name, size_t columns)
 {
-    const json_t *parts = json_object_get(page->results, "parts");
+    return columns == 3 && (strcmp(name, "rotation") == 0 || strcmp(name, "mean") == 0);
+}
+
+static const char *const axes[] = {"x", "y", "z"};
+
+/* The name of the k-th part, or NULL. */
+static const json_t *part_of(const struct report_page *page, size_t k)
+{
+    return json_object_get(json_array_get(json_object_get(page->results, "parts"), k), "name");
+}
+
+/* The name of a column: of a square matrix as its rows; scores are of components, shares of parts
+   and of their positions, points of axes. */
+static void put_column(const struct report_page *page, const char *name, const json_t *square,
+                       size_t k, size_t columns)
+{
+    const json_t *part = part_of(page, k);
     FILE *out = page->body;
 
     (void)fputs("<th scope=\"col\">", out);
@@ -111,12 +125,32 @@ static void put_column(const struct report_page *page, const char *name, const j
         report_text(out, json_string_value(json_array_get(square, k)));
     } else if (strcmp(name, "scores") == 0) {
         (void)fprintf(out, "component %zu", k + 1);
-    } else if (strcmp(name, "shares") == 0 && k < json_array_size(parts)) {
-        report_scalar(out, json_object_get(json_array_get(parts, k), "name"));
+    } else if (strcmp(name, "shares") == 0) {
+        report_text(out, part ? json_string_value(part) : "positions");
+    } else if (has_axes(name, columns)) {
+        (void)fputs(axes[k], out);
     } else {
-        (void)fputs(strcmp(name, "shares") == 0 ? "positions" : "", out);
+        (void)fprintf(out, "%zu", k + 1);
     }
     (void)fputs("</th>", out);
+}
+
+/* The name of a row: of names, or of a part or axis. */
+static void put_row_name(const struct report_page *page, const char *name, const json_t *names,
+                         size_t rows, size_t i)
+{
+    FILE *out = page->body;
+    size_t n_parts = json_array_size(json_object_get(page->results, "parts"));
+
+    if (names) {
+        report_text(out, json_string_value(json_array_get(names, i)));
+    } else if (strcmp(name, "mean") == 0 && rows == n_parts && part_of(page, i)) {
+        report_text(out, json_string_value(part_of(page, i)));
+    } else if (strcmp(name, "rotation") == 0 && rows == 3) {
+        (void)fputs(axes[i], out);
+    } else {
+        (void)fprintf(out, "%zu", i + 1);
+    }
 }
 
 void report_matrix(const struct report_page *page, const json_t *object, const char *name,
@@ -129,17 +163,13 @@ void report_matrix(const struct report_page *page, const json_t *object, const c
     (void)fputs("<table>", out);
     (void)fputs("<thead><tr><td></td>", out);
     for (size_t k = 0; k < m; k++) {
-        put_column(page, name, m == n ? names : NULL, k);
+        put_column(page, name, m == n ? names : NULL, k, m);
     }
     (void)fputs("</tr></thead><tbody>", out);
     json_array_foreach(matrix, i, row)
     {
         (void)fputs("<tr><th scope=\"row\">", out);
-        if (names) {
-            report_text(out, json_string_value(json_array_get(names, i)));
-        } else {
-            (void)fprintf(out, "%zu", i + 1);
-        }
+        put_row_name(page, name, names, n, i);
         (void)fputs("</th>", out);
         for (size_t k = 0; k < json_array_size(row); k++) {
             (void)fputs("<td>", out);

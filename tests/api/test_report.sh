@@ -209,15 +209,17 @@ is "$STATUS" 201 'a cohort with visits and structures'
 WHOLE=()
 analyse trajectories '{"cohort":"twice","register":false,"permutations":19,"bootstraps":100,"formula":"shape ~ label","at":[{"time":0,"label":"a"},{"time":1,"label":"a"},{"time":0,"label":"b"},{"time":1,"label":"b"}]}'
 WHOLE+=("\"$JOB\"")
-analyse pca-parts '{"cohort":"twice","register":false,"modes":1}'
+analyse pca-parts '{"cohort":"twice","register":false,"modes":1,"relativePose":true}'
 WHOLE+=("\"$JOB\"")
 if [ -z "$SRNFD_SANITIZED" ]; then # they register all pairs, which test_neighbours.sh does with sanitizers
     analyse neighbours '{"cohort":"twice","k":2}'
     WHOLE+=("\"$JOB\"")
+    analyse register "$(jq -c '.members | {template: .[0].id, moving: .[2].id, commonPose: true}' "$SCRATCH/twice.json")"
+    WHOLE+=("\"$JOB\"")
 fi
 execute report "{\"jobs\":[$(IFS=, && echo "${WHOLE[*]}")],\"title\":\"Whole\",\"resolution\":8}"
 is "$STATUS" 200 'a report of slopes, structures and neighbours'
-is "$(json .shapes)" 12 'the mean, a coefficient, four predictions, two means and four of a mode'
+is "$(json .shapes)" $((SRNFD_SANITIZED ? 12 : 13)) 'the mean, a coefficient, four predictions, two means, four of a mode, and the registered one'
 jq -j .html "$BODY" >"$SCRATCH/whole.html"
 python3 - "$SCRATCH/whole.html" >"$SCRATCH/whole.data" <<'PYTHON'
 import re, sys
@@ -235,6 +237,9 @@ if [ -z "$SRNFD_SANITIZED" ]; then
     check 'and are named in a table' grep -qF "<td>$NEAR" "$SCRATCH/whole.html"
 fi
 unlike "$(cat "$SCRATCH/whole.html")" '<img' 'as text'
+unlike "$(cat "$SCRATCH/whole.html" "$SCRATCH/all.html")" '<th[^>]*></th>' 'each column and row of a table has a name'
+check 'places of structures by their names and axes' grep -qF \
+    "<th scope=\"col\">x</th><th scope=\"col\">y</th><th scope=\"col\">z</th></tr></thead><tbody><tr><th scope=\"row\">front</th>" "$SCRATCH/whole.html"
 
 # ---- Landmarks, and structures that classify --------------------------------------------------------------
 
