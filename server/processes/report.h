@@ -122,6 +122,9 @@ bool report_rows(struct report_page *page, const char *name, const json_t *list)
 /* What registrations left at landmarks, of a pair or of a group whose members have these labels. */
 bool report_is_landmarks(const char *name, const json_t *value);
 void report_landmarks(FILE *out, const json_t *landmarks, const json_t *labels);
+/* The analysis of variance of sides that were measured repeatedly, of so many subjects. */
+bool report_is_replicates(const char *name, const json_t *value);
+void report_replicates(FILE *out, const json_t *replicates, size_t subjects);
 bool report_is_neighbours(const json_t *object);
 void report_neighbours(FILE *out, const json_t *object);
 /* The faces that all shapes share: numbers of 16 bits, in base64. */

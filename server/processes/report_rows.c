@@ -1,7 +1,7 @@
 /*
- * report_rows.c - lists of a result that are seen as a whole: surfaces predicted at points of
- * covariates, structures of a subject with their joint modes, neighbours by their names, and
- * landmarks.
+ * report_rows.c - what of a result is seen as a whole: surfaces predicted at points of covariates,
+ * structures of a subject with their joint modes, neighbours by their names, landmarks, and the
+ * analysis of variance of repeated measurements.
  *
  * A view of rows names the section and the list, whose results the page has, and has the shape of
  * each row or -1: the page decides by the rows what moves what (web/src/report_view.tsx).
@@ -237,4 +237,72 @@ void report_landmarks(FILE *out, const json_t *landmarks, const json_t *labels)
     } else {
         put_points(out, points, of_pair, sizeof of_pair / sizeof of_pair[0]);
     }
+}
+
+/* ---- Repeated measurements ------------------------------------------------------------------- */
+
+bool report_is_replicates(const char *name, const json_t *value)
+{
+    return strcmp(name, "replicates") == 0 && json_is_number(json_object_get(value, "interaction"));
+}
+
+static void put_mean_square(FILE *out, const char *source, const json_t *square,
+                            const json_t *freedom)
+{
+    (void)fprintf(out, "<tr><th scope=\"row\">%s</th><td>", source);
+    report_scalar(out, square);
+    (void)fputs("</td><td>", out);
+    report_scalar(out, freedom);
+    (void)fputs("</td></tr>", out);
+}
+
+static void put_estimate(FILE *out, const char *name, const json_t *estimate)
+{
+    const json_t *interval = json_object_get(estimate, "interval");
+
+    (void)fprintf(out, "<tr><th scope=\"row\">%s</th><td>", name);
+    report_scalar(out, json_object_get(estimate, "value"));
+    (void)fputs("</td><td>", out);
+    report_scalar(out, json_array_get(interval, 0));
+    (void)fputs(" to ", out);
+    report_scalar(out, json_array_get(interval, 1));
+    (void)fputs("</td></tr>", out);
+}
+
+void report_replicates(FILE *out, const json_t *replicates, size_t subjects)
+{
+    const json_t *freedom = json_object_get(replicates, "degreesOfFreedom");
+    json_t *of_subjects = json_integer((json_int_t)subjects - 1), *of_sides = json_integer(1);
+
+    (void)fputs("<p>Whether sides of a subject differ by more than measurements of one side do: p ",
+                out);
+    (void)fputs(json_is_true(json_object_get(replicates, "pValueIsFloor")) ? "≤ " : "= ", out);
+    report_scalar(out, json_object_get(replicates, "pValue"));
+    (void)fputs(", of ", out);
+    report_scalar(out, json_object_get(replicates, "measurements"));
+    (void)fputs(" measurements, by ", out);
+    report_scalar(out, json_object_get(replicates, "permutations"));
+    (void)fputs(" permutations of them within subjects.</p><table><thead><tr><th scope=\"col\">"
+                "source</th><th scope=\"col\">mean square</th><th scope=\"col\">degrees of "
+                "freedom</th></tr></thead><tbody>",
+                out);
+    put_mean_square(out, "individual", json_object_get(replicates, "individual"), of_subjects);
+    put_mean_square(out, "side", json_object_get(replicates, "side"), of_sides);
+    put_mean_square(out, "individual by side", json_object_get(replicates, "interaction"),
+                    json_array_get(freedom, 0));
+    put_mean_square(out, "error of measurement", json_object_get(replicates, "error"),
+                    json_array_get(freedom, 1));
+    (void)fputs("</tbody></table><table><thead><tr><th scope=\"col\">quantity</th>"
+                "<th scope=\"col\">value</th><th scope=\"col\">95 % interval</th></tr></thead>"
+                "<tbody>",
+                out);
+    put_estimate(out, "F, individual by side over error", json_object_get(replicates, "f"));
+    put_estimate(out, "fluctuating asymmetry without error (L2 of SRNFs)",
+                 json_object_get(replicates, "fluctuating"));
+    put_estimate(out, "error of one measurement (L2 of SRNFs)",
+                 json_object_get(replicates, "measured"));
+    put_estimate(out, "repeatability", json_object_get(replicates, "repeatability"));
+    (void)fputs("</tbody></table>", out);
+    json_decref(of_subjects);
+    json_decref(of_sides);
 }

@@ -292,6 +292,12 @@ static bool put_member(struct report_page *page, const json_t *object, const cha
         report_landmarks(page->body, value, json_object_get(object, "labels"));
         return true;
     }
+    if (report_is_replicates(name, value)) {
+        put_heading(page->body, "repeated measurements", depth);
+        report_replicates(page->body, value,
+                          json_array_size(json_object_get(object, "perSubject")));
+        return true;
+    }
     if (json_is_object(first)) {
         return put_objects(page, name, value, depth);
     }

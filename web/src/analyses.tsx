@@ -4,10 +4,11 @@ import * as api from './api';
 import { go, link, useRoute } from './router';
 import { mayChange, refreshJobs } from './state';
 import { namesIn, withTerm } from './formula';
-import { NumbersField, PointsField, levelsOf, namesOfPoints } from './fields';
+import { NumbersField, PartsField, PointsField, SendShape, levelsOf, namesOfPoints } from './fields';
 import { Page, ProblemBox, Shown, later, size, span, useLoad } from './ui';
 
 const LandmarkField = later<any>(() => import('./landmark_field').then((m) => m.LandmarkField));
+const GroupLandmarkField = later<any>(() => import('./landmark_field').then((m) => m.GroupLandmarkField));
 
 /** Processes by what they are asked about, those of cohorts first; what is not named here stands last. */
 const KINDS: [string, string[]][] = [
@@ -55,7 +56,7 @@ export function Analyses() {
 
 // ---- What an input can be -------------------------------------------------------------------------------------------
 
-type Kind = 'cohort' | 'model' | 'volume' | 'shape' | 'within' | 'shapes' | 'landmarks' | 'points' | 'weights' | 'choice' | 'choices' | 'switch' | 'number' | 'numbers' | 'texts' | 'text' | 'json';
+type Kind = 'cohort' | 'model' | 'volume' | 'shape' | 'within' | 'shapes' | 'parts' | 'landmarks' | 'group landmarks' | 'points' | 'weights' | 'choice' | 'choices' | 'switch' | 'number' | 'numbers' | 'texts' | 'text' | 'json';
 
 const alternatives = (s: api.Schema): api.Schema[] => (s.oneOf ? s.oneOf.flatMap(alternatives) : [s]);
 const hasType = (s: api.Schema, type: string): boolean => (Array.isArray(s.type) ? s.type.includes(type) : s.type === type);
@@ -73,8 +74,13 @@ const patternOf = (schema: api.Schema): string =>
 export const endsOf = (schema: api.Schema): [string, string] | undefined => alternatives(schema)
     .filter((f) => f.required?.length === 2 && f.properties?.heldOut).map((f) => f.required as [string, string])[0];
 
+/** Landmarks of all members of a group: the same vertices, or points of each. */
+const isOfGroup = (schema: api.Schema): boolean => alternatives(schema).some((f) => f.properties?.vertices && f.properties.points);
+
 export function kindOf(name: string, schema: api.Schema): Kind {
     const forms = alternatives(schema);
+    if (isOfGroup(schema)) return 'group landmarks';
+    if (forms.some((f) => typeof f.additionalProperties === 'object' && isShape(f.additionalProperties.pattern))) return 'parts';
     if (endsOf(schema)) return 'landmarks';
     if (name === 'at') return 'points';
     if (forms.length === 1 && hasType(schema, 'object') && typeof schema.additionalProperties === 'object') return 'weights';
@@ -107,7 +113,7 @@ export function valueOf(kind: Kind, text: string, schema: api.Schema): unknown {
     if (kind === 'choices') return parts();
     if (kind === 'texts') return clean.split(/[,;]+/).map((t) => t.trim()).filter(Boolean);
     if (kind === 'switch') return clean === 'true';
-    if (['json', 'within', 'landmarks', 'points', 'weights'].includes(kind)) {
+    if (['json', 'within', 'landmarks', 'group landmarks', 'parts', 'points', 'weights'].includes(kind)) {
         try {
             return JSON.parse(clean);
         } catch {
@@ -125,7 +131,7 @@ interface Choices { cohorts: string[]; models: { id: string; text: string }[]; s
 
 async function choicesFor(kinds: Kind[]): Promise<Choices> {
     const some = async <N extends api.List>(wanted: boolean, name: N): Promise<api.Item<N>[]> => (wanted ? (await api.list(name, { limit: 200 })).items : []);
-    const shapes = kinds.some((k) => k === 'shape' || k === 'shapes' || k === 'within');
+    const shapes = kinds.some((k) => ['shape', 'shapes', 'within', 'parts'].includes(k));
     const [cohorts, models, volumes, meshes, surfaces] = await Promise.all([
         some(kinds.includes('cohort'), 'cohorts'), some(kinds.includes('model'), 'models'),
         some(kinds.includes('volume'), 'volumes'), some(shapes, 'meshes'), some(shapes, 'surfaces'),
@@ -138,7 +144,13 @@ async function choicesFor(kinds: Kind[]): Promise<Choices> {
 }
 
 /** The rest of the form, which some fields depend on. */
-interface Around { process: string; texts: Record<string, string>; members: api.Member[] }
+interface Around {
+    process: string; texts: Record<string, string>; members: api.Member[];
+    /** Names of the parts of the model, if it has some. */
+    parts?: string[];
+    /** A mesh was sent from the form: it is among the choices. */
+    sent: (shape: { id: string; name: string }) => void;
+}
 
 function Field({ input, kind, text, set, choices, hint, around }: {
     input: api.Input; kind: Kind; text: string; set: (text: string) => void; choices: Choices; hint?: string; around: Around;
@@ -162,12 +174,15 @@ function Field({ input, kind, text, set, choices, hint, around }: {
     if (kind === 'cohort') field = select(choices.cohorts.map((c) => [c, c]), input.required ? 'choose a cohort' : 'none');
     else if (kind === 'model') field = select(choices.models.map((m) => [m.id, m.text]), input.required ? 'choose a model' : 'none');
     else if (kind === 'volume') field = select(choices.volumes.map((v) => [v.id, v.name || v.id]), 'choose a segmentation');
-    else if (kind === 'shape' || kind === 'within') field = select(shapes.map((s) => [s.id, s.name]), input.required ? 'choose a shape' : 'none');
-    else if (kind === 'shapes') {
+    else if (kind === 'shape' || kind === 'within') {
+        field = <SendShape able={wanted.test('mesh-00000000000000000000000000000000')} sent={(s) => { around.sent(s); set(s.id); }}>{select(shapes.map((s) => [s.id, s.name]), input.required ? 'choose a shape' : 'none')}</SendShape>;
+    } else if (kind === 'shapes') {
         field = (
+            <SendShape able={wanted.test('mesh-00000000000000000000000000000000')} sent={(s) => { around.sent(s); set(text ? `${text},${s.id}` : s.id); }}>
             <select {...shared} multiple size={6} onChange={(e) => set([...e.currentTarget.selectedOptions].map((o) => o.value).join(','))}>
                 {shapes.map((s) => <option value={s.id} selected={text.includes(s.id)}>{s.name}</option>)}
             </select>
+            </SendShape>
         );
     } else if (kind === 'choice') field = select(options.map((o) => [`${o}`, `${o}`]), 'default');
     else if (kind === 'choices') {
@@ -196,6 +211,21 @@ function Field({ input, kind, text, set, choices, hint, around }: {
             <fieldset aria-describedby={`${id}-help`} class="wide"><legend>{input.title} <span class="quiet">optional</span></legend>
                 <LandmarkField key={ends.map((end) => around.texts[end]).join()} ends={ends} ids={ends.map((end) => around.texts[end] ?? '')} text={text} set={set} />
                 <p class="help" id={`${id}-help`}>Click places that correspond on both shapes, in the same order. Those held out do not guide: they tell how well the rest corresponds.</p>
+            </fieldset>
+        );
+    } else if (kind === 'group landmarks') {
+        const ids = around.members.length ? around.members.map((m) => m.id) : valueOf('shapes', around.texts.surfaces ?? '', schema) as string[] | undefined ?? [];
+        return (
+            <fieldset aria-describedby={`${id}-help`} class="wide"><legend>{input.title} <span class="quiet">optional</span></legend>
+                <GroupLandmarkField key={ids.join()} ids={ids} text={text} set={set} />
+                <p class="help" id={`${id}-help`}>Points that correspond in all members, in the same order. Those held out do not guide: they tell how well the rest corresponds.</p>
+            </fieldset>
+        );
+    } else if (kind === 'parts') {
+        return (
+            <fieldset aria-describedby={`${id}-help`}><legend>{input.title}</legend>
+                <PartsField id={id} names={around.parts ?? []} shapes={choices.shapes} text={text} set={set} sent={around.sent} />
+                <p class="help" id={`${id}-help`}>{input.description}</p>
             </fieldset>
         );
     } else if (kind === 'points' || kind === 'weights') {
@@ -298,6 +328,10 @@ export function Form({ id }: { id: string }) {
     const [texts, setTexts] = useState<Record<string, string>>({});
     const [name, setName] = useState('');
     const members = useLoad(async () => (texts.cohort ? (await api.cohort(texts.cohort)).members ?? [] : []), [texts.cohort]).value ?? [];
+    // Parts are the model's: a model of one structure takes a surface, one of several takes one for each.
+    const model = texts.model ?? '';
+    const partsOfModel = useLoad(async (signal) => (/^model-/.test(model) ? (await api.get('/v1/models/{id}', { id: model }, signal)).parts?.map((p) => p.name) : undefined), [model]).value;
+    const [sent, setSent] = useState<{ id: string; name: string }[]>([]);
     const [error, setError] = useState<unknown>();
     const [busy, setBusy] = useState(false);
     useEffect(() => {
@@ -312,10 +346,14 @@ export function Form({ id }: { id: string }) {
         }
         setTexts(start);
     }, [loaded.value]);
+    /** What an input of a shape means where the model has parts, and the other way round: nothing. */
+    const isAsked = (input: api.Input, kind: Kind, kinds: Kind[]): boolean => !kinds.includes('parts') || (partsOfModel ? !/^surfaces?$/.test(input.name) : kind !== 'parts');
+    const asked = (process: api.Process, kinds: Kind[]): Record<string, string> =>
+        Object.fromEntries(process.inputs.map((input, i) => [input.name, isAsked(input, kinds[i], kinds) ? texts[input.name] ?? '' : '']));
     const submit = async (event: Event) => {
         event.preventDefault();
         const { process, kinds } = loaded.value!;
-        const inputs = inputsOf(process, kinds, texts);
+        const inputs = inputsOf(process, kinds, asked(process, kinds));
         setBusy(true);
         setError(undefined);
         try {
@@ -329,9 +367,10 @@ export function Form({ id }: { id: string }) {
     };
     return (
         <Shown of={loaded} page label="the form">{({ process, kinds, choices }) => {
-            const fields = process.inputs.map((input, i) => ({ input, kind: kinds[i] }));
+            const fields = process.inputs.map((input, i) => ({ input, kind: kinds[i] })).filter(({ input, kind }) => isAsked(input, kind, kinds));
+            const all = { ...choices, shapes: [...sent, ...choices.shapes] };
             const show = ({ input, kind }: (typeof fields)[0]) => (
-                <Field key={input.name} input={input} kind={kind} choices={choices} text={texts[input.name] ?? ''} hint={/^(covariates|formula)$/.test(input.name) ? columnsOf(members) : undefined} around={{ process: id, texts, members }}
+                <Field key={input.name} input={input} kind={kind} choices={all} text={texts[input.name] ?? ''} hint={/^(covariates|formula)$/.test(input.name) ? columnsOf(members) : undefined} around={{ process: id, texts, members, parts: partsOfModel, sent: (shape) => setSent((before) => [shape, ...before]) }}
                     set={(text) => setTexts({ ...texts, [input.name]: text })} />
             );
             const fine = fields.filter((f) => FINE.test(f.input.name) && !f.input.required);
@@ -344,7 +383,7 @@ export function Form({ id }: { id: string }) {
                         <div class="field"><label for="job-name">Name <span class="quiet">optional</span></label>
                             <input id="job-name" type="text" maxLength={255} value={name} placeholder={usualName(process, texts)} onInput={(e) => setName(e.currentTarget.value)} />
                             <p class="help">For the list of jobs and the report.</p></div>
-                        <Expected process={process} kinds={kinds} texts={texts} />
+                        <Expected process={process} kinds={kinds} texts={asked(process, kinds)} />
                         {error ? <ProblemBox error={error} /> : null}
                         <button class="main" disabled={busy || !mayChange()}>{mayChange() ? 'Start' : 'A viewer may not start analyses'}</button>
                     </form>

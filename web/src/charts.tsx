@@ -161,10 +161,10 @@ export function Scatter({ title, name, dots, labels, chosen, onChoose, equal }: 
 }
 
 /** Where the members are along one axis from -3 to 3, a line for each group; those beyond stand at its ends. */
-export function Spread({ title, values, at }: { title: string; values: { value: number; name: string; group?: string | null }[]; at: number }) {
+export function Spread({ title, values, at, width = 3 }: { title: string; values: { value: number; name: string; group?: string | null }[]; at: number; width?: number }) {
     const groups = [...new Set(values.map((v) => v.group).filter((g): g is string => !!g))];
     const lines = groups.length ? groups : [null];
-    const x = (v: number) => 8 + ((Math.max(-3, Math.min(3, v)) + 3) / 6) * 304;
+    const x = (v: number) => 8 + ((Math.max(-width, Math.min(width, v)) + width) / (2 * width)) * 304;
     const mean = (list: number[]) => list.reduce((a, b) => a + b, 0) / list.length;
     const said = lines.map((g) => {
         const own = values.filter((v) => !g || v.group === g).map((v) => v.value);

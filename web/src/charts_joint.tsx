@@ -49,7 +49,7 @@ export function JointCharts({ result, chosen, onChoose }: { result: any; chosen?
     return (
         <>
             <Scatter title="Scores of the subjects" name="scores" dots={dots} labels={['component 1 (sd)', `component ${second + 1} (sd)`]} chosen={chosen} onChoose={onChoose} />
-            <Shares names={names} shares={result.shares.map((row: number[]) => row.slice(0, names.length))} />
+            {result.shares && <Shares names={names} shares={result.shares.map((row: number[]) => row.slice(0, names.length))} />}
             <Variance explained={result.explained} cumulative={result.cumulative} />
         </>
     );

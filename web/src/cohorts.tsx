@@ -1,13 +1,13 @@
 // Cohorts: members with labels and covariates, edited as in a spreadsheet, and what can be asked of them.
-import { useState } from 'preact/hooks';
+import { useRef, useState } from 'preact/hooks';
 import * as api from './api';
 import { namesOf } from './names';
 import { go, link } from './router';
-import { jobs, mayChange, say, useValue } from './state';
+import { Value, jobs, mayChange, say, useValue } from './state';
 import { parseTable } from './table';
 import { LongTable, Page, ProblemBox, Shown, Sure, csv, later, plural, save, useLoad, when } from './ui';
 import { DropZone, STATUS, Uploads } from './home';
-import { match, sideOf } from './upload';
+import { freeName, match, sideOf } from './upload';
 
 const Gallery = later<any>(() => import('./shape').then((m) => m.Gallery));
 
@@ -15,6 +15,7 @@ export function Cohorts() {
     const cohorts = useLoad(() => api.list('cohorts', { limit: 200 }), []);
     return (
         <Page title="Cohorts">
+            <Undelete />
             {mayChange() && <DropZone compact />}
             <Uploads />
             <Shown of={cohorts}>{(page) => page.items.length === 0
@@ -49,36 +50,48 @@ const QUESTIONS: Question[] = [
     ['report', 'Report', 'All that was found, as one page'],
 ];
 
-type Row = api.Member & { name: string };
+type Row = api.Member & { name: string; at: number };
 
 /** Changes that are not saved yet, by cohort and its version: whoever looks at a shape and comes back finds them. */
-const drafts = new Map<string, Map<number, api.Member>>();
+interface Draft { changed: Map<number, api.Member>; removed: Set<number>; columns: string[] }
+const drafts = new Map<string, Draft>();
+const NONE: Draft = { changed: new Map(), removed: new Set(), columns: [] };
 
 function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<string, string>; reload: () => void }) {
     const draft = `${cohort.name} ${cohort.etag}`;
-    const [changed, change] = useState<Map<number, api.Member>>(drafts.get(draft) ?? new Map());
-    const setChanged = (next: Map<number, api.Member>) => {
-        if (next.size) drafts.set(draft, next);
+    const [state, change] = useState<Draft>(drafts.get(draft) ?? NONE);
+    const { changed, removed, columns } = state;
+    const keep = (next: Draft) => {
+        if (next.changed.size || next.removed.size || next.columns.length) drafts.set(draft, next);
         else drafts.delete(draft);
         change(next);
     };
+    const edits = new Set([...changed.keys(), ...removed]).size;
     const [error, setError] = useState<unknown>();
     const [told, setTold] = useState('');
     const [pasting, setPasting] = useState(false);
     const [text, setText] = useState('');
     const members = cohort.members ?? [];
-    const covariates = [...new Set(members.flatMap((m) => Object.keys(m.covariates ?? {})))];
-    const rows: Row[] = members.map((m, i) => ({ ...m, ...changed.get(i), name: names.get(m.id) || m.id }));
+    const covariates = [...new Set([...members.flatMap((m) => Object.keys(m.covariates ?? {})), ...columns])];
+    const all = members.map((m, i) => ({ ...m, ...changed.get(i), name: names.get(m.id) || m.id, at: i }));
+    const rows: Row[] = all.filter((r) => !removed.has(r.at));
     const set = (i: number, part: Partial<api.Member>) => {
         const next = new Map(changed);
         next.set(i, { ...members[i], ...next.get(i), ...part });
-        setChanged(next);
+        keep({ ...state, changed: next });
+    };
+    const [column, setColumn] = useState('');
+    const addColumn = (event: Event) => {
+        event.preventDefault();
+        const name = column.trim();
+        if (name && !covariates.includes(name)) keep({ ...state, columns: [...columns, name] });
+        setColumn('');
     };
     const put = async (list: api.Member[]) => {
         setError(undefined);
         try {
             await api.send('put', '/v1/cohorts/{name}/members', { name: cohort.name }, { members: list.map(clean) }, cohort.etag ? { 'If-Match': cohort.etag } : {});
-            setChanged(new Map());
+            keep(NONE);
             say('The cohort was saved');
             reload();
         } catch (e) {
@@ -125,11 +138,19 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
                 <h2 class="grow">Members</h2>
                 <button onClick={table}>Table as CSV</button>
                 {mayChange() && <button onClick={() => setPasting(!pasting)} aria-expanded={pasting}>Paste a table</button>}
-                {changed.size > 0 && <>
-                    <button onClick={() => setChanged(new Map())}>Undo {plural(changed.size, 'change')}</button>
-                    <button class="main" onClick={() => put(rows)}>Save {plural(changed.size, 'change')}</button>
+                {edits > 0 && <>
+                    <button onClick={() => keep({ ...NONE, columns })}>Undo {plural(edits, 'change')}</button>
+                    <button class="main" disabled={rows.length === 0} onClick={() => put(rows)}>Save {plural(edits, 'change')}</button>
                 </>}
             </div>
+            {mayChange() && (
+                <form class="row tools" onSubmit={addColumn}>
+                    <label>New column <input type="text" value={column} maxLength={127} placeholder="age" onInput={(e) => setColumn(e.currentTarget.value)} /></label>
+                    <button disabled={!column.trim() || covariates.includes(column.trim())}>Add the column</button>
+                    <span class="quiet">A column is a covariate; it is kept with its first value. More members: choose them under <a href="#/meshes">Meshes</a>.</span>
+                </form>
+            )}
+            {removed.size > 0 && <p role="status">{plural(removed.size, 'member')} will leave the cohort when it is saved; the meshes stay.</p>}
             {pasting && (
                 <div class="card">
                     <label>A table with a column <code>file</code>, copied from a spreadsheet or a CSV; dropping the file on the list does the same
@@ -140,18 +161,20 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
             {told && <p role="status">{told}</p>}
             {error ? <ProblemBox error={error} again={reload} /> : null}
             <datalist id="labels">{labels.map((l) => <option value={l} />)}</datalist>
-            <LongTable label={`Members of ${cohort.name}`} items={rows} keyOf={(r) => `${rows.indexOf(r)}`}
-                columns={[{ title: 'Shape' }, { title: 'Label' }, { title: 'Subject' }, { title: 'Side', width: '5rem' }, { title: 'Time', width: '5rem' }, { title: 'Mirror', width: '5rem' }, ...covariates.map((c) => ({ title: c, width: '7rem' }))]}
-                row={(r, i) => [
+            <LongTable label={`Members of ${cohort.name}`} items={rows} keyOf={(r) => `${r.at}`}
+                columns={[{ title: 'Shape', by: (r) => r.name }, { title: 'Label', by: (r) => r.label }, { title: 'Subject', by: (r) => r.subject }, { title: 'Side', width: '5rem', by: (r) => r.side }, { title: 'Time', width: '5rem', by: (r) => r.time }, { title: 'Mirror', width: '5rem' },
+                    ...covariates.map((c) => ({ title: c, width: '7rem', by: (r: Row) => r.covariates?.[c] as string | number | null | undefined })), ...(mayChange() ? [{ title: 'Remove', hidden: true, width: '6rem' }] : [])]}
+                row={(r) => [
                     <a href={r.id.startsWith('mesh-') ? link('meshes', r.id) : link('shapes', r.id)}>{r.name}</a>,
-                    cell(i, r, 'Label', r.label, (t) => ({ label: t || null }), 'labels'),
-                    cell(i, r, 'Subject', r.subject, (t) => ({ subject: t || null })),
-                    cell(i, r, 'Side', r.side, (t) => ({ side: sideOf(t) })),
-                    cell(i, r, 'Time', r.time, (t) => ({ time: t !== '' && Number.isFinite(Number(t)) ? Number(t) : null })),
-                    <input type="checkbox" checked={!!r.mirror} disabled={!mayChange()} aria-label={`Mirror ${r.name}`} onChange={(e) => set(i, { mirror: e.currentTarget.checked })} />,
-                    ...covariates.map((c) => cell(i, r, c, r.covariates?.[c], (t) => ({
+                    cell(r.at, r, 'Label', r.label, (t) => ({ label: t || null }), 'labels'),
+                    cell(r.at, r, 'Subject', r.subject, (t) => ({ subject: t || null })),
+                    cell(r.at, r, 'Side', r.side, (t) => ({ side: sideOf(t) })),
+                    cell(r.at, r, 'Time', r.time, (t) => ({ time: t !== '' && Number.isFinite(Number(t)) ? Number(t) : null })),
+                    <input type="checkbox" checked={!!r.mirror} disabled={!mayChange()} aria-label={`Mirror ${r.name}`} onChange={(e) => set(r.at, { mirror: e.currentTarget.checked })} />,
+                    ...covariates.map((c) => cell(r.at, r, c, r.covariates?.[c], (t) => ({
                         covariates: { ...r.covariates, [c]: t === '' ? null : Number.isFinite(Number(t)) ? Number(t) : t },
                     }))),
+                    ...(mayChange() ? [<button aria-label={`Remove ${r.name} from the cohort`} onClick={() => keep({ ...state, removed: new Set([...removed, r.at]) })}>Remove</button>] : []),
                 ]} />
         </section>
     );
@@ -168,15 +191,75 @@ function clean(member: api.Member): api.Member {
     };
 }
 
+/** Another name for a cohort. */
+function Rename({ name, etag }: { name: string; etag?: string }) {
+    const dialog = useRef<HTMLDialogElement>(null);
+    const [text, setText] = useState(name);
+    const [error, setError] = useState<unknown>();
+    const rename = async (event: Event) => {
+        event.preventDefault();
+        setError(undefined);
+        const wanted = text.trim();
+        try {
+            if (wanted !== name) await api.send('patch', '/v1/cohorts/{name}', { name }, { name: wanted }, etag ? { 'If-Match': etag } : {});
+            dialog.current!.close();
+            if (wanted !== name) go(link('cohorts', wanted));
+        } catch (e) {
+            setError(e);
+        }
+    };
+    return (
+        <>
+            <button onClick={() => { setText(name); setError(undefined); dialog.current!.showModal(); }}>Rename</button>
+            <dialog ref={dialog} aria-label={`Rename the cohort ${name}`}>
+                <form onSubmit={rename}>
+                    <label>Name <input type="text" value={text} required maxLength={100} pattern="[A-Za-z0-9._\-]+" title="Letters, digits, dots, dashes and underscores" onInput={(e) => setText(e.currentTarget.value)} /></label>
+                    <p class="help">Letters, digits, dots, dashes and underscores. Results that were made keep the name that they were made with.</p>
+                    {error ? <ProblemBox error={error} /> : null}
+                    <div class="actions"><button class="main">Rename</button><button type="button" onClick={() => dialog.current!.close()}>Keep</button></div>
+                </form>
+            </dialog>
+        </>
+    );
+}
+
+/** The cohort that was deleted last, while the page is open: it can be made again, as its meshes stay. */
+const deleted = new Value<{ name: string; members: api.Member[] } | null>(null);
+
+function Undelete() {
+    const gone = useValue(deleted);
+    const [error, setError] = useState<unknown>();
+    if (!gone) return null;
+    const back = async () => {
+        try {
+            const name = await freeName(gone.name);
+            await api.send('post', '/v1/cohorts', {}, { name, members: gone.members.map(clean) });
+            deleted.set(null);
+            go(link('cohorts', name));
+        } catch (e) {
+            setError(e);
+        }
+    };
+    return (
+        <section class="card row" aria-label="Deleted">
+            <span class="grow">The cohort {gone.name} was deleted.</span>
+            <button onClick={() => void back()}>Undo</button>
+            <button aria-label="Close the word of what was deleted" onClick={() => deleted.set(null)}>Close</button>
+            {error ? <ProblemBox error={error} /> : null}
+        </section>
+    );
+}
+
 export function CohortPage({ name }: { name: string }) {
     const loaded = useLoad(async () => {
         const cohort = await api.cohort(name);
         return { cohort, names: await namesOf((cohort.members ?? []).map((m) => m.id)) };
     }, [name]);
     const [error, setError] = useState<unknown>();
-    const remove = async () => {
+    const remove = async (members: api.Member[]) => {
         try {
             await api.send('delete', '/v1/cohorts/{name}', { name });
+            deleted.set({ name, members });
             go('#/cohorts');
         } catch (e) {
             setError(e);
@@ -190,7 +273,8 @@ export function CohortPage({ name }: { name: string }) {
             return (
                 <Page title={cohort.name} actions={<>
                     <button onClick={() => void download().catch(setError)}>Study as zip</button>
-                    {mayChange() && <Sure onYes={remove} question={`Delete the cohort ${name}? Its meshes stay.`}>Delete</Sure>}
+                    {mayChange() && <Rename name={name} etag={cohort.etag} />}
+                    {mayChange() && <Sure onYes={() => void remove(members)} question={`Delete the cohort ${name}? Its meshes and its results stay.`}>Delete</Sure>}
                 </>}>
                     <p class="quiet">{plural(cohort.memberCount, 'member')}{labels.length ? `, labels ${labels.map((l) => `${l} (${members.filter((m) => m.label === l).length})`).join(', ')}` : ', without labels'}</p>
                     {error ? <ProblemBox error={error} /> : null}

@@ -1,4 +1,7 @@
-// Fields of forms that are tables: points of covariates at which shapes are predicted, and numbers by name.
+// Fields of forms that are more than one input: points of covariates at which shapes are predicted, numbers by name, shapes
+// by the parts of a model, and a shape that is sent from the form.
+import type { ComponentChildren } from 'preact';
+import { useRef, useState } from 'preact/hooks';
 import * as api from './api';
 import { covariatesOf, namesIn, placesAlong } from './formula';
 import type { Covariate } from './formula';
@@ -78,3 +81,68 @@ export function NumbersField({ id, names, text, set }: { id: string; names: stri
 
 /** Levels of a covariate among members. */
 export const levelsOf = (members: api.Member[], name: string): string[] => covariatesOf(members, [name]).flatMap((c) => c.levels.map((l) => `${l}`));
+
+// ---- Shapes -----------------------------------------------------------------------------------------------------------
+
+interface Choice { id: string; name: string }
+
+/** A choice of shapes, and a way to send one: a file that is chosen, or dropped on it. */
+export function SendShape({ able, sent, children }: { able: boolean; sent: (shape: Choice) => void; children: ComponentChildren }) {
+    const input = useRef<HTMLInputElement>(null);
+    const [told, setTold] = useState('');
+    const [wrong, setWrong] = useState('');
+    const [over, setOver] = useState(false);
+    const send = async (file?: File) => {
+        if (!file) return;
+        setWrong('');
+        setTold(`Sending ${file.name}…`);
+        const name = file.name.replace(/\.gz$/i, '').replace(/\.[^.]*$/, '').slice(0, 255);
+        try {
+            const mesh = await api.upload<api.Mesh>(`/v1/meshes?name=${encodeURIComponent(name)}`, file, 'application/octet-stream', () => {});
+            sent({ id: mesh.id, name: `${mesh.name || mesh.id} (mesh)` });
+            setTold(`${file.name} was sent, and chosen.`);
+            if (!mesh.report.analysable) setWrong(`It cannot be analysed: ${mesh.report.problems[0]?.detail ?? ''}`);
+        } catch (error) {
+            setTold('');
+            setWrong(`${file.name}: ${(error as Error).message}`);
+        }
+    };
+    if (!able) return <>{children}</>;
+    return (
+        <div class={over ? 'over' : ''} onDragOver={(e) => { e.preventDefault(); setOver(true); }} onDragLeave={() => setOver(false)}
+            onDrop={(e) => { e.preventDefault(); setOver(false); void send(e.dataTransfer?.files[0]); }}>
+            {children}
+            <div class="actions">
+                <button type="button" onClick={() => input.current!.click()}>Send a mesh</button>
+                <span class="quiet">or drop its file here</span>
+            </div>
+            <input ref={input} type="file" hidden aria-label="Mesh to send" onChange={(e) => { void send(e.currentTarget.files?.[0]); e.currentTarget.value = ''; }} />
+            {told && <p class="quiet" role="status">{told}</p>}
+            {wrong && <p class="wrong" role="alert">{wrong}</p>}
+        </div>
+    );
+}
+
+/** A shape for each part of a model. */
+export function PartsField({ id, names, shapes, text, set, sent }: { id: string; names: string[]; shapes: Choice[]; text: string; set: (text: string) => void; sent: (shape: Choice) => void }) {
+    const given = parsed<Record<string, string>>(text, {});
+    const change = (name: string, shape: string) => {
+        const { [name]: _, ...rest } = given;
+        const next = shape ? { ...rest, [name]: shape } : rest;
+        set(Object.keys(next).length ? JSON.stringify(next) : '');
+    };
+    return (
+        <div id={id} role="group" aria-label="Shapes of the parts">{names.map((name, i) => (
+            <div class="field" key={name}>
+                <label for={`${id}-${i}`}>{name}</label>
+                <SendShape able sent={(s) => { sent(s); change(name, s.id); }}>
+                    <select id={`${id}-${i}`} value={given[name] ?? ''} onChange={(e) => change(name, e.currentTarget.value)}>
+                        <option value="">choose a shape</option>
+                        {given[name] && !shapes.some((s) => s.id === given[name]) && <option value={given[name]}>{given[name]}</option>}
+                        {shapes.map((s) => <option value={s.id}>{s.name}</option>)}
+                    </select>
+                </SendShape>
+            </div>
+        ))}</div>
+    );
+}

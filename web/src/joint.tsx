@@ -1,19 +1,21 @@
 // Several structures of each subject together: all in one view, moved along joint components.
-import { useEffect, useMemo, useState } from 'preact/hooks';
-import type * as api from './api';
-import { DataTable } from './charts';
+import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
+import * as api from './api';
+import { DataTable, Spread } from './charts';
 import { JointCharts } from './charts_joint';
 import { GROUPS } from './colours';
 import { boundsOf, copyOf, normalsOf } from './geometry';
 import type { Surface3 } from './glb';
 import { Linked } from './paths';
 import { link } from './router';
+import { existence, shapeOf } from './model_shape';
+import type { Point } from './model_shape';
 import { middlesOf, movePart, placesOf, sizesOf } from './series';
 import type { Frames } from './series';
 import { PictureButtons, View, linked, shapeAt, surfacePath } from './shape';
 import { mayChange } from './state';
 import { moved } from './stage';
-import { Shown, figure, plural, useLoad } from './ui';
+import { ProblemBox, Shown, figure, plural, useLoad } from './ui';
 
 const radiusOf = (shape: Surface3): number => boundsOf([shape]).radius;
 
@@ -31,17 +33,59 @@ async function load(result: any, places: Map<number, number[]>): Promise<Frames[
     }));
 }
 
-function Together({ result, frames, places }: { result: any; frames: Frames[]; places: Map<number, number[]> }) {
+/** Of a model that is kept: shapes of any component are computed when it is first moved, and that of all when it is let go. */
+interface Live { load: (component: number) => Promise<void>; exact: (coefficients: number[], signal: AbortSignal) => Promise<Point[]> }
+
+const LIVE_MAX = 31; // degree up to which the service computes shapes while one waits
+const PLACES = [-3, -2, -1, 0, 1, 2, 3];
+
+function liveOf(id: string, names: string[], frames: Frames[], places: Map<number, number[]>): Live {
+    const coming = new Map<number, Promise<void>>();
+    const load = async (component: number) => {
+        const none = new Array(component - 1).fill(0);
+        places.set(component, PLACES);
+        for (const [p, name] of names.entries()) {
+            const { mean } = frames[p];
+            const along: Surface3[] = [];
+            // Three at a time: a browser opens six connections to a host, and others want some.
+            for (const some of [[-3, -2, -1], [1, 2, 3]])
+                for (const [sd, found] of await Promise.all(some.map(async (sd) => [sd, await shapeOf(id, [...none, sd], undefined, name)] as const)))
+                    along[sd + 3] = { ...mean, positions: found.positions };
+            along[3] = mean;
+            frames[p].along.set(component, along);
+        }
+    };
+    return {
+        load: (component) => {
+            if (!coming.has(component)) {
+                const one = load(component);
+                one.catch(() => coming.delete(component));
+                coming.set(component, one);
+            }
+            return coming.get(component)!;
+        },
+        exact: (coefficients, signal) => Promise.all(names.map((name) => shapeOf(id, coefficients, signal, name))),
+    };
+}
+
+function Together({ result, frames, places, live }: { result: any; frames: Frames[]; places: Map<number, number[]>; live?: Live }) {
     const [at, setAt] = useState<Record<number, number>>({});
     const [playing, setPlaying] = useState(0);
     const [version, setVersion] = useState(0);
+    const [loading, setLoading] = useState(0);
+    const [exact, setExact] = useState<{ at: Record<number, number>; points: Point[] } | null>(null);
+    const [error, setError] = useState<unknown>();
+    const [count, setCount] = useState(live ? Math.min(3, result.eigenvalues.length) : 0);
+    const asked = useRef<AbortController | null>(null);
     const moving = useMemo(() => frames.map((f) => ({ ...copyOf(f.mean), fields: [] })), [frames]);
     const radii = useMemo(() => frames.map((f) => Math.max(radiusOf(f.mean), ...[...f.along.values()].flat().map(radiusOf))), [frames]);
     const sizes = useMemo(() => sizesOf(result), [result]);
-    const place = (where: Record<number, number>) => {
+    const known = exact?.at === at ? exact : null;
+    const place = (where: Record<number, number>, points?: Point[]) => {
         const middles = middlesOf(result, radii, where);
         moving.forEach((shape, p) => {
-            movePart(shape, frames[p], places, where, sizes[p], middles[p]);
+            const mean = points ? { ...frames[p].mean, positions: points[p].positions } : frames[p].mean;
+            movePart(shape, { mean, along: frames[p].along }, places, points ? {} : where, sizes[p], middles[p]);
             normalsOf(shape);
             moved(shape);
         });
@@ -51,7 +95,7 @@ function Together({ result, frames, places }: { result: any; frames: Frames[]; p
         place({});
         return boundsOf(moving);
     }, [moving]);
-    useEffect(() => place(at), [at, moving]);
+    useEffect(() => place(at, known?.points), [at, moving, exact, loading]);
     useEffect(() => {
         if (!playing) return;
         let frame = 0;
@@ -63,9 +107,31 @@ function Together({ result, frames, places }: { result: any; frames: Frames[]; p
         frame = requestAnimationFrame(step);
         return () => cancelAnimationFrame(frame);
     }, [playing]);
+    const load = async (component: number): Promise<void> => {
+        if (!live) return;
+        if (frames.some((f) => !f.along.has(component))) setLoading(component);
+        await live.load(component).catch(setError);
+        setLoading(0);
+    };
+    /** A slider was let go: the shapes of all components together, without interpolation. */
+    const release = async (component: number, value: number) => {
+        const where = { ...at, [component]: value };
+        setAt(where);
+        asked.current?.abort();
+        const coefficients = Array.from({ length: Math.max(...Object.keys(where).map(Number)) }, (_, i) => where[i + 1] ?? 0);
+        if (!live || coefficients.every((c) => c === 0)) return;
+        asked.current = new AbortController();
+        try {
+            setExact({ at: where, points: await live.exact(coefficients, asked.current.signal) });
+        } catch (e) {
+            if ((e as Error).name !== 'AbortError') setError(e);
+        }
+    };
     const parts = moving.map((shape, p) => ({ shape, colour: GROUPS[p % GROUPS.length] }));
     const active = Object.entries(at).filter(([, v]) => v !== 0);
     const text = active.map(([k, v]) => `component ${k}: ${v > 0 ? '+' : ''}${figure(v)} sd`).join(', ') || 'means';
+    const worst = known && Math.max(...known.points.map((p) => p.offset));
+    const sliders = live ? Array.from({ length: count }, (_, i): [number, number[]] => [i + 1, PLACES]) : [...places];
     return (
         <div class="split">
             <figure class="shape tall">
@@ -74,25 +140,33 @@ function Together({ result, frames, places }: { result: any; frames: Frames[]; p
                 <p class="row legend">{result.parts.map((part: any, p: number) => <span><svg viewBox="0 0 10 10" width="12" height="12" aria-hidden="true"><rect width="10" height="10" fill={GROUPS[p % GROUPS.length]} /></svg> {part.name}</span>)}</p>
             </figure>
             <div class="no-report">
-                {[...places].map(([component, list]) => {
-                    const energies = result.modes.filter((m: any) => m.component === component && typeof m.relativeEnergy === 'number').map((m: any) => m.relativeEnergy);
+                {sliders.map(([component, list]) => {
+                    const energies = live ? [] : result.modes.filter((m: any) => m.component === component && typeof m.relativeEnergy === 'number').map((m: any) => m.relativeEnergy);
                     return (
                         <div class="field" key={component}>
-                            <label for={`joint-${component}`}>Component {component} <span class="quiet">{figure(100 * (result.explained[component - 1] ?? 0))} % of the variance, now {figure(at[component] ?? 0)} sd</span></label>
+                            <label for={`joint-${component}`}>Component {component} <span class="quiet">{figure(100 * (result.explained[component - 1] ?? 0))} % of the variance, now {figure(at[component] ?? 0)} sd{loading === component ? ', loading…' : ''}</span></label>
                             <div class="row">
-                                <input id={`joint-${component}`} class="grow" type="range" min={list[0]} max={list.at(-1)} step={0.05} value={at[component] ?? 0}
-                                    onInput={(e) => { setPlaying(0); setAt({ ...at, [component]: +e.currentTarget.value }); }} />
-                                <button aria-pressed={playing === component} onClick={() => setPlaying(playing === component ? 0 : component)}>{playing === component ? 'Stop' : 'Play'}</button>
+                                <div class="grow track">
+                                    <input id={`joint-${component}`} type="range" min={list[0]} max={list.at(-1)} step={0.05} value={at[component] ?? 0}
+                                        onInput={(e) => { setPlaying(0); setAt({ ...at, [component]: +e.currentTarget.value }); void load(component); }} onChange={(e) => void release(component, +e.currentTarget.value)} />
+                                    <Spread title={`Subjects along component ${component}, in standard deviations`} at={at[component] ?? 0} width={list.at(-1)!}
+                                        values={result.scores.map((row: number[], i: number) => ({ value: row[component - 1] / (Math.sqrt(result.eigenvalues[component - 1]) || 1), name: result.subjects[i], group: result.groups?.[i] }))} />
+                                </div>
+                                <button aria-pressed={playing === component} onClick={async () => { if (playing === component) return setPlaying(0); await load(component); setPlaying(component); }}>{playing === component ? 'Stop' : 'Play'}</button>
                             </div>
-                            <p class="help">Relative energy at {list.filter((v) => v).map((v) => figure(v)).join(' and ')} sd: at most {figure(Math.max(...energies), 2)} (0: the shapes exist).</p>
+                            {energies.length > 0 && <p class="help">Relative energy at {list.filter((v) => v).map((v) => figure(v)).join(' and ')} sd: at most {figure(Math.max(...energies), 2)} (0: the shapes exist).</p>}
                         </div>
                     );
                 })}
                 <div class="actions">
+                    {live && count < result.eigenvalues.length && <button onClick={() => setCount(count + 1)}>Add a component</button>}
                     <button onClick={() => { setPlaying(0); setAt({}); }}>Back to the means</button>
                 </div>
-                <p class="quiet">Shapes between those that were computed are interpolated{places.size > 1 ? ', with the displacements of several components added' : ''}.
-                    {result.positions ? ' Structures are where the model has them, in units of the root of their total area.' : ' Where structures are to each other is not in this model: they stand side by side, in their sizes.'}</p>
+                {known ? (
+                    <p role="status" class={worst! > 0.5 ? 'wrong' : 'quiet'}>Computed exactly{known.points.length > 1 ? `: ${known.points.map((p, i) => `${result.parts[i].name} ${p.offset < 0.1 ? 'exists' : p.offset <= 0.5 ? `is ${Math.round(100 * p.offset)} % of the way off the nearest that exists` : 'does not exist: the nearest is shown'}`).join('; ')}` : `: ${existence(worst!)}`}.</p>
+                ) : active.length > 0 && <p class="quiet">Interpolated{active.length > 1 ? ', with the displacements of several components added' : ''}{live ? ': let the slider go for the exact shapes' : ''}.</p>}
+                {error ? <ProblemBox error={error} /> : null}
+                <p class="quiet">{result.positions ? `Structures are where the model has them, in units of the root of their total area.${result.positions.components ? '' : ' How they move is in the results of the analysis, which are gone.'}` : 'Where structures are to each other is not in this model: they stand side by side, in their sizes.'}</p>
             </div>
         </div>
     );
@@ -111,22 +185,52 @@ function Subject({ result, index }: { result: any; index: number }) {
     );
 }
 
-export function Joint({ result, job }: { result: api.Outputs<'pca-parts'>; job: api.Job }) {
+/** A record of a model, or what a model page makes of one. */
+const isLive = (result: any): boolean => typeof result.model?.id === 'string' && result.model.lmax <= LIVE_MAX;
+
+export function Joint({ result, job }: { result: any; job?: api.Job }) {
     const [chosen, setChosen] = useState<number | undefined>();
-    const places = useMemo(() => placesOf(result.modes as any), [result]);
-    const loaded = useLoad(() => load(result, places), [result]);
+    const live = isLive(result);
+    const places = useMemo(() => (live ? new Map<number, number[]>() : placesOf(result.modes)), [result]);
+    const loaded = useLoad(async () => {
+        const frames = await load(result, places);
+        return { frames, live: live ? liveOf(result.model.id, result.parts.map((p: any) => p.name), frames, places) : undefined };
+    }, [result]);
     const more = Math.min(result.eigenvalues.length, Math.max(3, places.size + 2));
     return (
         <>
             <p class="quiet">{plural(result.subjects.length, 'subject')}, {plural(result.parts.length, 'structure')} of each, {plural(result.eigenvalues.length, 'component')}.</p>
-            <Shown of={loaded} label="the structures">{(frames) => <Together result={result} frames={frames} places={places} />}</Shown>
-            {mayChange() && places.size < more && <p class="no-report"><a class="button" href={`${link('analyses', 'pca-parts')}?rerun=${job.id}&modes=${more}`}>{places.size ? 'More components to move' : 'Components to move'}</a></p>}
+            <Shown of={loaded} label="the structures">{(of) => <Together result={result} frames={of.frames} places={places} live={of.live} />}</Shown>
+            {job && !live && mayChange() && places.size < more && <p class="no-report"><a class="button" href={`${link('analyses', 'pca-parts')}?rerun=${job.id}&modes=${more}`}>{places.size ? 'More components to move' : 'Components to move'}</a></p>}
             <div class="split"><JointCharts result={result} chosen={chosen} onChoose={setChosen} /></div>
             {chosen !== undefined ? <Subject result={result} index={chosen} /> : <p class="quiet no-report">Choose a mark among the scores to see the structures of that subject.</p>}
             <h2>Structures</h2>
             <DataTable rows={[['structure', 'weight', 'share of the variance', 'relative energy of its mean', 'iterations', 'converged'],
-                ...result.parts.map((p: any) => [p.name, p.weight, p.share, p.relativeEnergy, p.iterations, p.converged ? 'yes' : 'no'])]} />
-            <div class="actions no-report">{result.parts.map((p: any) => <a class="button" href={link('shapes', p.mean.id)}>Mean of {p.name}</a>)}</div>
+                ...result.parts.map((p: any) => [p.name, p.weight, p.share, p.relativeEnergy, p.iterations ?? '–', p.converged === undefined ? '–' : p.converged ? 'yes' : 'no'])]} />
+            <div class="actions no-report">
+                {result.parts.map((p: any) => <a class="button" href={link('shapes', p.mean.id)}>Mean of {p.name}</a>)}
+                {result.model && <>
+                    {job && <a class="button" href={link('models', result.model.id)}>The model</a>}
+                    <a class="button" href={`${link('analyses', 'project')}?model=${result.model.id}`}>A new subject</a>
+                    <a class="button" href={`${link('analyses', 'score')}?model=${result.model.id}`}>Beside the norm</a>
+                    <a class="button" href={`${link('analyses', 'sample')}?model=${result.model.id}`}>Random subjects</a>
+                </>}
+            </div>
         </>
     );
+}
+
+/** A model of several structures: with the results of the analysis that made it, or without them once these are gone. */
+export function JointModel({ model }: { model: api.Model }) {
+    const loaded = useLoad(async (): Promise<any> => {
+        const { job, surfaces } = model.madeFrom;
+        try {
+            if (job) return await api.results<'pca-parts'>(job);
+        } catch (error) {
+            if (!(error instanceof api.Failure) || ![404, 410].includes(error.problem.status)) throw error;
+        }
+        const parts = await Promise.all(model.parts!.map(async (p) => ({ ...p, mean: await api.get('/v1/surfaces/{id}', { id: p.mean }) })));
+        return { ...model, model, parts, modes: [], subjects: model.labels, inputs: { cohort: { surfaces } } };
+    }, [model.id]);
+    return <Shown of={loaded} label="the structures">{(result) => <Joint result={result} />}</Shown>;
 }

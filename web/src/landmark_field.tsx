@@ -1,10 +1,11 @@
-// Landmarks of a form: placed by clicks on both shapes, one after the other.
+// Landmarks of a form: placed by clicks on both shapes, one after the other, or on each member of a group.
 import { useMemo, useState } from 'preact/hooks';
 import { Marked, useGround } from './landmarks';
 import type { Ground, Place } from './landmarks';
 import { shown } from './shape';
 import { Camera, pick } from './stage';
-import { ProblemBox, figure } from './ui';
+import { namesOf } from './names';
+import { ProblemBox, figure, plural, useLoad } from './ui';
 
 type Given = Record<string, any>;
 
@@ -68,14 +69,77 @@ export function LandmarkField({ ends, ids, text, set }: { ends: [string, string]
                     </li>
                 ))}</ol>
             )}
+            {n > 0 && <Met weight={given.weight} set={(weight) => change({ ...given, weight })} />}
+        </div>
+    );
+}
+
+function Met({ weight, set }: { weight: unknown; set: (weight: number | undefined) => void }) {
+    return (
+        <div class="row">
+            <label>Met <select value={typeof weight === 'number' ? 'weight' : 'exact'} onChange={(e) => set(e.currentTarget.value === 'exact' ? undefined : 1)}>
+                <option value="exact">exactly</option><option value="weight">as far as a weight asks</option>
+            </select></label>
+            {typeof weight === 'number' && <label>Weight <input type="number" min={0} step="any" value={weight} onInput={(e) => set(+e.currentTarget.value)} /></label>}
+        </div>
+    );
+}
+
+/** Points on each member of a group, or vertices that are the same in all; one member is seen at a time. */
+export function GroupLandmarkField({ ids, text, set }: { ids: string[]; text: string; set: (text: string) => void }) {
+    const given = useMemo(() => parsed(text), [text]);
+    const [open, setOpen] = useState(text !== '');
+    const [member, setMember] = useState(0);
+    const names = useLoad(() => namesOf(ids), [ids.join()]).value;
+    const same = Array.isArray(given.vertices);
+    const lists: Place[][] = ids.map((_, i) => (same ? given.vertices : Array.isArray(given.points?.[i]) ? given.points[i] : []));
+    const held: number[] = Array.isArray(given.heldOut) ? given.heldOut : [];
+    const n = Math.max(0, ...lists.map((l) => l.length));
+    const put = (next: { lists?: Place[][]; vertices?: boolean; heldOut?: number[]; weight?: number }) => {
+        const all = next.lists ?? lists;
+        const [heldOut, weight] = [next.heldOut ?? held, 'weight' in next ? next.weight : given.weight];
+        const rest = { weight, heldOut: heldOut.length ? heldOut : undefined };
+        if (!all.some((l) => l.length)) set(next.vertices ?? same ? JSON.stringify({ vertices: [] }) : '');
+        else set(JSON.stringify(next.vertices ?? same ? { vertices: all[0], ...rest } : { points: all, ...rest }));
+    };
+    const name = (i: number): string => names?.get(ids[i]) ?? `member ${i + 1}`;
+    const add = (place: Place) => {
+        const next = lists.map((l, i) => (same || i === member ? [...l, place] : l));
+        put({ lists: next });
+        // On to the next member that lacks what this one has.
+        if (!same && next[member].length >= n) setMember(Math.max(0, next.findIndex((l) => l.length < next[member].length)));
+    };
+    const remove = (k: number) => put({ lists: lists.map((l) => l.filter((_, i) => i !== k)), heldOut: held.filter((h) => h !== k).map((h) => (h > k ? h - 1 : h)) });
+    const takeBack = () => put({ lists: lists.map((l, i) => (i === member ? l.slice(0, -1) : l)) });
+    if (!open || !ids.length) return <button type="button" disabled={!ids.length} onClick={() => setOpen(true)}>{ids.length ? 'Place landmarks on the members' : 'Choose a cohort first'}</button>;
+    const lacking = lists.filter((l) => l.length < n).length;
+    const meshes = ids.every((id) => id.startsWith('mesh-'));
+    return (
+        <div>
+            <div class="row">
+                {!same && <label>Member <select value={member} onChange={(e) => setMember(+e.currentTarget.value)}>
+                    {ids.map((_, i) => <option value={i}>{`${name(i)}: ${lists[i].length} of ${n}`}</option>)}
+                </select></label>}
+                {!same && <button type="button" disabled={member === 0} onClick={() => setMember(member - 1)}>Previous</button>}
+                {!same && <button type="button" disabled={member + 1 === ids.length} onClick={() => setMember(member + 1)}>Next</button>}
+                {!same && lists[member].length > 0 && <button type="button" onClick={takeBack}>Take back the last</button>}
+                {meshes && <label class="check"><input type="checkbox" checked={same} onChange={(e) => put({ lists: ids.map(() => []), vertices: e.currentTarget.checked, heldOut: [] })} /> The meshes have vertices that correspond</label>}
+            </div>
+            <End key={ids[same ? 0 : member]} title={name(same ? 0 : member)} id={ids[same ? 0 : member]} places={lists[same ? 0 : member]} add={add} />
             {n > 0 && (
-                <div class="row">
-                    <label>Met <select value={typeof given.weight === 'number' ? 'weight' : 'exact'} onChange={(e) => change({ ...given, weight: e.currentTarget.value === 'exact' ? undefined : 1 })}>
-                        <option value="exact">exactly</option><option value="weight">as far as a weight asks</option>
-                    </select></label>
-                    {typeof given.weight === 'number' && <label>Weight <input type="number" min={0} step="any" value={given.weight} onInput={(e) => change({ ...given, weight: +e.currentTarget.value })} /></label>}
-                </div>
+                <ol class="plain" aria-label="Landmarks">{Array.from({ length: n }, (_, k) => {
+                    const on = lists.filter((l) => l.length > k).length;
+                    return (
+                        <li class="row" key={k}>
+                            <strong>{k + 1}</strong> <span class="quiet grow">{same ? `${said(lists[0][k])} of all members` : `placed on ${on} of ${plural(ids.length, 'member')}`}</span>
+                            <label class="check"><input type="checkbox" checked={held.includes(k)} onChange={() => put({ heldOut: held.includes(k) ? held.filter((h) => h !== k) : [...held, k].sort((a, b) => a - b) })} /> held out</label>
+                            <button type="button" aria-label={`Remove landmark ${k + 1}`} onClick={() => remove(k)}>Remove</button>
+                        </li>
+                    );
+                })}</ol>
             )}
+            {n > 0 && lacking > 0 && <p class="wrong" role="status">{plural(lacking, 'member lacks', 'members lack')} a landmark that others have.</p>}
+            {n > 0 && <Met weight={given.weight} set={(weight) => put({ weight })} />}
         </div>
     );
 }

@@ -31,7 +31,7 @@ export function paintedBy(map: Map3): Float32Array {
     return colours;
 }
 
-const isFlipped = (map: Map3): boolean => /significance|fdr|pvalue/i.test(map.field.name);
+export const isFlipped = (map: Map3): boolean => /significance|fdr|pvalue/i.test(map.field.name);
 
 /** The colour of a share of the range of a map. */
 export const colourOf = (map: Map3, share: number): string => colourText(map.scale, isFlipped(map) ? 1 - share : share);

@@ -58,12 +58,19 @@ export function Meshes() {
     const [chosen, setChosen] = useState<Set<string>>(new Set());
     const [round, setRound] = useState(0);
     const sending = useValue(batch)?.running;
-    const made = useValue(jobs).filter((j) => j.status === 'successful' && /^(extract|repair|mirror)$/.test(j.process)).length;
+    const made = useValue(jobs).filter((j) => j.status === 'successful' && /^(encode|extract|repair|mirror)$/.test(j.process)).length;
+    const [fits, setFits] = useState<Map<string, number>>(new Map());
     useEffect(() => {
         let gone = false;
         api.listAll('meshes', setItems, () => gone).then(() => setLoaded(true), setError);
+        // How near the last encoding of each came, where there is one.
+        api.listAll('surfaces', (list) => setFits(new Map(list.flatMap((s): [string, number][] => {
+            const { rms } = (s.fit?.relativeToDiagonal ?? {}) as { rms?: number };
+            return s.source?.mesh && typeof rms === 'number' ? [[s.source.mesh, rms]] : [];
+        }).reverse())), () => gone).catch(setError);
         return () => { gone = true; };
     }, [round, sending, made]);
+    const cohorts = useLoad(() => api.list('cohorts', { limit: 200 }), []).value?.items ?? [];
     const shown = useMemo(() => {
         const text = find.toLowerCase();
         return items.filter((m) => (!only || (only === 'good') === m.report.analysable)
@@ -97,10 +104,23 @@ export function Meshes() {
             setError(e);
         }
     };
+    const addTo = async (name: string) => {
+        setError(undefined);
+        const from = items.filter((m) => m.report.analysable && chosen.has(m.id));
+        try {
+            await api.send('patch', '/v1/cohorts/{name}', { name }, { add: from.map((m) => ({ id: m.id })).reverse() });
+            go(link('cohorts', name));
+        } catch (e) {
+            setError(e);
+        }
+    };
     return (
         <Page title="Meshes" actions={mayChange() && good > 0 && (
             <>
                 {chosen.size > 0 && <Sure onYes={remove} question={`Delete ${plural(chosen.size, 'mesh', 'meshes')}? What needs one keeps it.`}>Delete {chosen.size}</Sure>}
+                {chosen.size > 0 && cohorts.length > 0 && <label><span class="sr">Add to a cohort</span> <select value="" onChange={(e) => void addTo(e.currentTarget.value)}>
+                    <option value="">Add {chosen.size} to…</option>{cohorts.map((c) => <option>{c.name}</option>)}
+                </select></label>}
                 <button class="main" onClick={makeCohort}>New cohort of {chosen.size || good}</button>
             </>
         )}>
@@ -117,18 +137,21 @@ export function Meshes() {
             {items.length === 0 ? <p class="quiet">{loaded ? 'No meshes yet. Drop some above, or load the example from the start page.' : 'Loading…'}</p> : (
                 <LongTable label="Meshes" items={shown} keyOf={(m) => m.id}
                     columns={[
-                        { title: 'Chosen', hidden: true, width: '2.2rem' }, { title: 'Name' }, { title: 'Faces', width: '5.5rem' }, { title: 'Size', width: '5rem' },
-                        { title: 'Route', width: '5rem' }, { title: 'Star margin', width: '7rem' }, { title: 'Repairs' }, { title: 'Problem' }, { title: 'Repair', hidden: true, width: '6rem' },
+                        { title: 'Chosen', hidden: true, width: '2.2rem' }, { title: 'Name', by: (m) => m.name || m.id }, { title: 'Faces', width: '5.5rem', by: (m) => m.faces }, { title: 'Size', width: '5rem', by: (m) => m.bytes },
+                        { title: 'Route', width: '5rem', by: (m) => m.report.route }, { title: 'Star margin', width: '7rem', by: (m) => m.report.starShaped?.margin },
+                        { title: 'Fit', width: '5rem', by: (m) => fits.get(m.id) }, { title: 'Repairs', by: (m) => m.report.repairs.length || null }, { title: 'Problem', by: (m) => m.report.problems[0]?.code }, { title: 'Repair', hidden: true, width: '6rem' },
                     ]}
                     row={(m) => [
                         <input type="checkbox" checked={chosen.has(m.id)} onChange={() => toggle(m.id)} aria-label={`Choose ${m.name || m.id}`} />,
                         <a href={link('meshes', m.id)}>{m.name || m.id}</a>,
                         m.faces.toLocaleString('en'), size(m.bytes), m.report.route ?? '–', figure(m.report.starShaped?.margin),
+                        fits.has(m.id) ? `${figure(100 * fits.get(m.id)!, 2)} %` : '–',
                         m.report.repairs.map((r) => `${r.code} ${r.count}`).join(', ') || '–',
                         m.report.problems[0] ? <span class="wrong" title={m.report.problems[0].detail}>{m.report.problems[0].code}: {m.report.problems[0].detail}</span> : '–',
                         m.report.analysable ? null : <Mend mesh={m} done={() => setRound(round + 1)} />,
                     ]} />
             )}
+            {items.length > 0 && <p class="quiet">Route: how a mesh is mapped to the sphere. Star margin: above 0 one point inside sees all of the surface. Fit: how far the encoding is from the mesh (root mean square), as a share of its diagonal; – until it is encoded by itself.</p>}
             {shown.length > 0 && (
                 <p><button onClick={() => setChosen(new Set(all ? [] : shown.map((m) => m.id)))}>{all ? 'Choose none' : `Choose all ${shown.length.toLocaleString('en')} shown`}</button></p>
             )}
@@ -142,7 +165,7 @@ export function MeshPage({ id }: { id: string }) {
         <Shown of={mesh} page label="the mesh">{(m) => (
             <Page title={m.name || m.id} actions={<Mend mesh={m} done={(made) => go(link('meshes', made))} />}>
                 <div class="split">
-                    <Shape src={`/v1/meshes/${id}/content?format=glb`} mesh={id} label={`Mesh ${m.name}`} marks={m.report.problems}
+                    <Shape src={`/v1/meshes/${id}/content?format=glb`} mesh={id} unit="mm" label={`Mesh ${m.name}`} marks={m.report.problems}
                         name={m.name || m.id} downloads={['ply', 'obj', 'stl', 'vtk', 'vtp', 'gii', 'glb'].map((f) => [f, `/v1/meshes/${id}/content?format=${f}`])} />
                     <div>
                         {m.report.problems.map((p) => (
@@ -150,8 +173,8 @@ export function MeshPage({ id }: { id: string }) {
                         ))}
                         <dl class="pairs">
                             <dt>Vertices, faces</dt><dd>{m.vertices.toLocaleString('en')}, {m.faces.toLocaleString('en')}</dd>
-                            <dt>Area</dt><dd>{figure(m.report.area, 5)} (units of the file, squared)</dd>
-                            <dt>Volume</dt><dd>{figure(m.report.volume, 5)} (cubed)</dd>
+                            <dt>Area</dt><dd>{figure(m.report.area, 5)} mm²</dd>
+                            <dt>Volume</dt><dd>{figure(m.report.volume, 5)} mm³ <span class="quiet">(the unit of the file is taken to be the millimetre)</span></dd>
                             <dt>Closed, genus, parts</dt><dd>{m.report.closed ? 'closed' : 'open'}, {m.report.genus ?? '–'}, {m.report.components}</dd>
                             <dt>Route</dt><dd>{m.report.route ?? '–'}{m.report.starShaped?.value ? ', star-shaped' : ''}</dd>
                             <dt>Repairs when read</dt><dd>{m.report.repairs.map((r) => `${r.code}: ${r.count}`).join(', ') || 'none'}</dd>

@@ -6,7 +6,9 @@ import { Confusion, Curve, DataTable, HeatMap, Intervals, Scatter, Spread, Varia
 import { link } from './router';
 import { normalsOf } from './geometry';
 import { Groups } from './groups';
-import { Joint } from './joint';
+import { Joint, JointModel } from './joint';
+import { existence, shapeOf } from './model_shape';
+import type { Point } from './model_shape';
 import { Between, Registered } from './landmarks';
 import { Regression } from './linear';
 import { Neighbours } from './neighbours';
@@ -38,20 +40,7 @@ function Warnings({ list }: { list?: { code: string; detail: string }[] }) {
 
 /** Positions at each keyframe, and how far off each is: the nearest shape against the point asked for. */
 interface Frames { positions: Float32Array[]; offsets: number[] }
-interface Exact { at: Record<number, number>; positions: Float32Array; offset: number; energy: number }
-
-const RESOLUTION = 24;
-
-/** The shape at a point of a model, as the service computes it; nothing is stored. */
-async function shapeOf(model: string, coefficients: number[], signal?: AbortSignal): Promise<Omit<Exact, 'at'>> {
-    const response = await api.request(`/v1/models/${model}/shape?coefficients=${coefficients.join(',')}&format=positions&resolution=${RESOLUTION}`, { signal });
-    const number = (name: string) => Number(response.headers.get(name));
-    return { positions: new Float32Array(await response.arrayBuffer()), offset: number('Srnfd-Offset'), energy: number('Srnfd-Relative-Energy') };
-}
-
-const existence = (offset: number): string =>
-    offset < 0.1 ? 'this shape exists' : offset <= 0.5 ? `the shape shown is the nearest that exists, ${Math.round(100 * offset)} % of the way off`
-        : 'such a shape does not exist; this is the nearest one';
+interface Exact extends Point { at: Record<number, number> }
 
 /** Cubic through four of the keyframes at equal distances. */
 export function weights(t: number): [number, number][] {
@@ -251,8 +240,8 @@ export function ModelPage({ id }: { id: string }) {
     return (
         <Shown of={model} page label="the model">{(m) => (
             <Page title={m.name || m.madeFrom?.cohort || 'Model'} actions={<ReportButton title={m.name || 'Model'} id={m.madeFrom?.job} />}>
-                <p class="quiet">{m.subjects} shapes, {m.components} components, degree {m.lmax}</p>
-                <div class="results"><Components model={m} /></div>
+                <p class="quiet">{m.kind === 'parts' ? `${plural(m.subjects, 'subject')}, ${plural(m.parts!.length, 'structure')} of each` : plural(m.subjects, 'shape')}, {plural(m.components, 'component')}, degree {m.lmax}</p>
+                <div class="results">{m.kind === 'parts' ? <JointModel model={m} /> : m.kind === 'classifier' ? <AnyResult result={m} /> : <Components model={m} />}</div>
             </Page>
         )}</Shown>
     );

@@ -44,7 +44,8 @@ export const commonOf = (points: Point[]): Point => Object.fromEntries(Object.en
 
 interface Joint {
     parts: { name: string; mean: { scale: number } }[]; eigenvalues: number[];
-    positions: { mean: number[][]; components: number[][][] } | null;
+    /** How components move them is known of results, not of models. */
+    positions: { mean: number[][]; components?: number[][][] } | null;
 }
 
 /** Sizes of the parts beside each other: those of the subjects' mean, whose total area is one. */
@@ -61,7 +62,7 @@ export function middlesOf(result: Joint, radii: number[], at: Record<number, num
         if (result.positions) {
             const { mean, components } = result.positions;
             return mean[p].map((m, c) => Object.entries(at).reduce((sum, [k, sd]) =>
-                sum + sd * Math.sqrt(result.eigenvalues[+k - 1]) * (components[+k - 1]?.[p][c] ?? 0), m));
+                sum + sd * Math.sqrt(result.eigenvalues[+k - 1]) * (components?.[+k - 1]?.[p][c] ?? 0), m));
         }
         const middle = right + radii[p] * sizes[p];
         right = middle + 1.15 * radii[p] * sizes[p];

@@ -6,7 +6,7 @@ import { groupLook } from './colours';
 import { boundsOf } from './geometry';
 import { readGlb } from './glb';
 import type { Surface3 } from './glb';
-import { ColourBar, colourOf, mapOf, paintedBy, titleOf } from './maps';
+import { ColourBar, colourOf, isFlipped, mapOf, paintedBy, titleOf } from './maps';
 import type { Map3 } from './maps';
 import { link } from './router';
 import { Camera, draw, forget, pick } from './stage';
@@ -190,7 +190,23 @@ async function fetchFile(path: string, name: string): Promise<void> {
 
 interface Landmark { name: string; vertex: number }
 
-export function Shape({ src, label, name, marks, downloads, over, first: shownFirst = '', mesh }: {
+/** A range of colours, and from where on they are shown, as typed; empty: as usual. */
+interface Range { low: string; high: string; least: string }
+const USUAL: Range = { low: '', high: '', least: '' };
+const numberOf = (text: string): number | undefined => (text.trim() !== '' && Number.isFinite(Number(text)) ? Number(text) : undefined);
+
+/** A map in that range. What is to be seen is what is large, of either sign; of p what is small. */
+function inRange(map: Map3, range: Range): Map3 {
+    const [low, high, least] = [numberOf(range.low) ?? map.low, numberOf(range.high) ?? map.high, numberOf(range.least)];
+    const keep = least === undefined ? undefined : isFlipped(map) ? (v: number) => v <= least : (v: number) => Math.abs(v) >= least;
+    return { ...map, low, high: high > low ? high : low + 1e-12, keep };
+}
+
+const VIEWS: [number, string][] = [[0, 'first view'], [1, 'front'], [2, 'back'], [3, 'left'], [4, 'right'], [5, 'above'], [6, 'below']];
+
+export function Shape({ src, label, name, marks, downloads, over, first: shownFirst = '', mesh, unit }: {
+    /** Of coordinates, where it is known. */
+    unit?: 'mm';
     src: string; label: string; name: string; marks?: api.MeshProblem[]; downloads?: [string, string][]; over?: string;
     /** The map that is shown first. */
     first?: string;
@@ -206,12 +222,13 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
     const [here, setHere] = useState<number | undefined>();
     const [placing, setPlacing] = useState(false);
     const [landmarks, setLandmarks] = useState<Landmark[]>([]);
+    const [range, setRange] = useState<Range>(USUAL);
     const own = useRef<HTMLElement>(null);
     useEffect(() => setLandmarks([]), [src]);
     if (error) return <ProblemBox error={error} />;
     if (!shape) return <p class="quiet" aria-busy="true">Loading the shape…</p>;
     const chosen = shape.fields.find((f) => f.name === field);
-    const map = chosen && mapOf(chosen);
+    const map = chosen && inRange(mapOf(chosen), range);
     const parts: Part[] = [{ shape, colours: map && paintedBy(map) }];
     if (over && other.shape && other.path === over) parts.push({ shape: other.shape, colour: '#0072b2', opacity: 0.45 });
     const first = marks?.find((m) => typeof m.first === 'number')?.first;
@@ -219,6 +236,7 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
     const at = (vertex: number) => [...shape.positions.slice(3 * vertex, 3 * vertex + 3)];
     const mark = face !== undefined ? at(face) : undefined;
     const look = { cut, mark: landmarks.length ? landmarks.flatMap((l) => at(l.vertex)).concat(mark ?? []) : mark };
+    const lengthTo = (i: number): number => Math.hypot(...at(landmarks[i].vertex).map((v, k) => v - at(landmarks[i - 1].vertex)[k]));
     const add = (vertex: number) => setLandmarks((list) => [...list, { name: `${list.length + 1}`, vertex }]);
     const centre = () => {
         const canvas = own.current!.querySelector('canvas')!;
@@ -232,13 +250,16 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
                 onHover={map ? setHere : undefined} onPick={placing ? add : undefined} />
             <figcaption class="row">
                 {shape.fields.length > 0 && (
-                    <label>Map <select value={field} onChange={(e) => setField(e.currentTarget.value)}>
+                    <label>Map <select value={field} onChange={(e) => { setField(e.currentTarget.value); setRange(USUAL); }}>
                         <option value="">none</option>{shape.fields.map((f) => <option value={f.name}>{f.name}</option>)}
                     </select></label>
                 )}
                 <label class="check"><input type="checkbox" checked={cut !== null} onChange={(e) => setCut(e.currentTarget.checked ? 0 : null)} /> Cut</label>
                 {cut !== null && <input type="range" min={-1} max={1} step={0.01} value={cut} aria-label="Where it is cut" onInput={(e) => setCut(+e.currentTarget.value)} />}
                 <label class="check"><input type="checkbox" checked={placing} onChange={(e) => setPlacing(e.currentTarget.checked)} /> Landmarks</label>
+                <label class="no-report"><span class="sr">View</span> <select value="" onChange={(e) => { camera.side(+e.currentTarget.value); e.currentTarget.value = ''; }}>
+                    <option value="">View…</option>{VIEWS.map(([n, text]) => <option value={n}>{`${text} (key ${n})`}</option>)}
+                </select></label>
                 <PictureButtons parts={parts} camera={camera} look={look} name={name} map={map} />
                 {downloads && (
                     <details class="menu"><summary>Download</summary><div class="card">
@@ -246,7 +267,18 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
                     </div></details>
                 )}
             </figcaption>
-            {map && <ColourBar map={map} />}
+            {map && <ColourBar map={map} threshold={numberOf(range.least)} />}
+            {map && (
+                <details class="no-report"><summary>Range and threshold</summary>
+                    <div class="row">
+                        {([['low', 'From', mapOf(map.field).low], ['high', 'to', mapOf(map.field).high], ['least', isFlipped(map) ? 'grey above' : 'grey below', undefined]] as [keyof Range, string, number?][]).map(([key, text, usual]) => (
+                            <label>{text} <input type="number" step="any" value={range[key]} placeholder={usual === undefined ? 'none' : figure(usual)} onInput={(e) => setRange({ ...range, [key]: e.currentTarget.value })} /></label>
+                        ))}
+                        {range !== USUAL && <button onClick={() => setRange(USUAL)}>As usual</button>}
+                    </div>
+                    {!isFlipped(map) && map.scale === 'signed' && <p class="quiet">Grey: what is nearer to 0, of either sign.</p>}
+                </details>
+            )}
             {map && <p class="quiet">{here === undefined ? 'Point at the shape to read the map.' : `Here ${figure(map.field.values[here])}${map.field.unit && map.field.unit !== '1' ? ` (${map.field.unit})` : ''}, vertex ${here}.`}</p>}
             {placing && (
                 <div>
@@ -255,11 +287,11 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
                         {landmarks.length > 0 && <button onClick={() => save(`${name}-landmarks.csv`, csv([['name', 'vertex', 'x', 'y', 'z'], ...landmarks.map((l) => [l.name, l.vertex, ...at(l.vertex)])]), 'text/csv;charset=utf-8')}>Landmarks as CSV</button>}
                         {mesh && landmarks.length > 0 && <a class="button" href={`${link('analyses', 'register')}?template=${mesh}&landmarks=${encodeURIComponent(JSON.stringify({ template: landmarks.map((l) => l.vertex), moving: [] }))}`}>Register a shape by these</a>}
                     </div>
-                    <p class="quiet">Click the shape to place one. Coordinates are those of the shape as it is shown.</p>
+                    <p class="quiet">Click the shape to place one. Coordinates are {unit ? 'those of the file, whose unit is taken to be the millimetre' : 'those of the shape as it is shown, which is brought to a common size'}. Two measure the straight line between them.</p>
                     <ol aria-label="Landmarks">{landmarks.map((l, i) => (
                         <li class="row">
                             <input aria-label={`Name of landmark ${i + 1}`} value={l.name} onInput={(e) => { const text = e.currentTarget.value; setLandmarks((list) => list.map((m, k) => (k === i ? { ...m, name: text } : m))); }} />
-                            <span class="quiet grow">{at(l.vertex).map((v) => figure(v)).join(', ')}</span>
+                            <span class="quiet grow">{at(l.vertex).map((v) => figure(v)).join(', ')}{i > 0 ? <strong class="length"> {figure(lengthTo(i))}{unit ? ` ${unit}` : ''} from {landmarks[i - 1].name}</strong> : null}</span>
                             <button aria-label={`Remove landmark ${i + 1}`} onClick={() => setLandmarks((list) => list.filter((_, k) => k !== i))}>Remove</button>
                         </li>
                     ))}</ol>

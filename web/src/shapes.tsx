@@ -22,7 +22,8 @@ export function Surfaces() {
             <div class="row tools"><label>Search <input type="search" value={find} onInput={(e) => setFind(e.currentTarget.value)} /></label></div>
             {shown.length === 0 ? <p class="quiet">{loaded ? 'No surface. Analyses make them: encodings of meshes, means, modes, paths.' : 'Loading…'}</p> : (
                 <LongTable label="Surfaces" items={shown} keyOf={(s) => s.id}
-                    columns={[{ title: 'Name' }, { title: 'Made by', width: '11rem' }, { title: 'Degree', width: '6rem' }, { title: 'Route', width: '6rem' }, { title: 'Made', width: '14rem' }]}
+                    columns={[{ title: 'Name', by: (s) => s.name || s.id }, { title: 'Made by', width: '11rem', by: (s) => s.source?.process }, { title: 'Degree', width: '6rem', by: (s) => s.lmax },
+                        { title: 'Route', width: '6rem', by: (s) => s.route }, { title: 'Made', width: '14rem', by: (s) => s.created }]}
                     row={(s) => [<a href={link('shapes', s.id)}>{s.name || s.id}</a>, s.source?.process ?? '–', s.lmax, s.route ?? '–', when(s.created)]} />
             )}
         </Page>
@@ -37,7 +38,7 @@ export function SurfacePage({ id }: { id: string }) {
         <Shown of={surface} page label="the surface">{(s) => (
             <Page title={s.name || s.id}>
                 <div class="split">
-                    <Shape src={surfacePath(id, 32)} label={`Surface ${s.name}`} name={s.name || s.id} over={over ? surfacePath(over, 32) : undefined}
+                    <Shape src={`${surfacePath(id, 32)}${over ? '' : '&space=original'}`} unit={over || !s.scale ? undefined : 'mm'} label={`Surface ${s.name}`} name={s.name || s.id} over={over ? surfacePath(over, 32) : undefined}
                         downloads={['ply', 'obj', 'stl', 'vtk', 'vtp', 'gii', 'glb'].map((f) => [f, `/v1/surfaces/${id}/mesh?format=${f}&resolution=48`])} />
                     <dl class="pairs">
                         <dt><label for="over">With</label></dt>
@@ -46,7 +47,7 @@ export function SurfacePage({ id }: { id: string }) {
                             {(others.value?.items ?? []).filter((o) => o.id !== id).map((o) => <option value={o.id}>{o.name || o.id}</option>)}
                         </select></dd>
                         <dt>Degree</dt><dd>{s.lmax}</dd>
-                        <dt>Area, volume</dt><dd>{figure(s.area === null ? null : s.area * s.scale ** 2, 5)}, {figure(s.volume === null ? null : s.volume * s.scale ** 3, 5)} in the units of the files</dd>
+                        <dt>Area, volume</dt><dd>{figure(s.area === null ? null : s.area * s.scale ** 2, 5)} mm², {figure(s.volume === null ? null : s.volume * s.scale ** 3, 5)} mm³ <span class="quiet">(the unit of the files is taken to be the millimetre)</span></dd>
                         <dt>Route</dt><dd>{s.route ?? s.parameterization}</dd>
                         {s.fit && <><dt>Fit (rms of the diagonal)</dt><dd>{figure((s.fit.relativeToDiagonal as { rms?: number } | undefined)?.rms)}</dd></>}
                         <dt>Made by</dt><dd>{s.source?.job ? <a href={link('jobs', s.source.job)}>{s.source.process}</a> : s.source?.process ?? '–'}

@@ -1,7 +1,7 @@
 // What pages are made of: problems as the service tells them, states of loading, tables of any length, parts loaded
 // when they are first shown.
 import type { ComponentChildren, ComponentType } from 'preact';
-import { useCallback, useEffect, useRef, useState } from 'preact/hooks';
+import { useCallback, useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { Failure, offline } from './api';
 import type { Problem } from './api';
 
@@ -110,14 +110,30 @@ export const Meter = ({ value, label }: { value: number; label: string }) => (
 
 const ROW = 34;
 
+/** By: what the list is sorted by when the title is pressed, once up and once down. */
+export interface Column<T> { title: string; width?: string; hidden?: boolean; by?: (item: T) => string | number | null | undefined }
+
+const rank = (a: unknown, b: unknown): number => (typeof a === 'number' && typeof b === 'number' ? a - b : `${a}`.localeCompare(`${b}`, undefined, { numeric: true }));
+
+function sorted<T>(items: T[], column: Column<T> | undefined, down: boolean): T[] {
+    const by = column?.by;
+    if (!by) return items;
+    const known = items.map((item) => ({ item, value: by(item) }));
+    const lacks = (v: unknown) => v === null || v === undefined || v === '';
+    return known.sort((a, b) => +lacks(a.value) - +lacks(b.value) || (down ? -1 : 1) * (lacks(a.value) ? 0 : rank(a.value, b.value))).map((k) => k.item);
+}
+
 /** Only the rows in sight are in the page, so ten thousand scroll as ten do. */
-export function LongTable<T>({ items, columns, label, row, keyOf }: {
-    items: T[]; columns: { title: string; width?: string; hidden?: boolean }[]; label: string;
+export function LongTable<T>({ items: given, columns, label, row, keyOf }: {
+    items: T[]; columns: Column<T>[]; label: string;
     row: (item: T, index: number) => ComponentChildren[]; keyOf: (item: T) => string;
 }) {
     const box = useRef<HTMLDivElement>(null);
     const [top, setTop] = useState(0);
     const [height, setHeight] = useState(600);
+    const [order, setOrder] = useState<{ title: string; down: boolean } | null>(null);
+    const items = useMemo(() => sorted(given, columns.find((c) => c.title === order?.title), !!order?.down), [given, order]);
+    const press = (title: string) => setOrder(order?.title !== title ? { title, down: false } : order.down ? null : { title, down: true });
     useEffect(() => {
         const watch = new ResizeObserver(() => box.current && setHeight(box.current.clientHeight));
         watch.observe(box.current!);
@@ -133,7 +149,13 @@ export function LongTable<T>({ items, columns, label, row, keyOf }: {
             onScroll={(e) => setTop(e.currentTarget.scrollTop)}>
             <table aria-rowcount={items.length + 1} style={{ minWidth: `${least}rem` }}>
                 <thead>
-                    <tr>{columns.map((c) => <th scope="col" style={c.width ? { width: c.width } : undefined}>{c.hidden ? <span class="sr">{c.title}</span> : c.title}</th>)}</tr>
+                    <tr>{columns.map((c) => {
+                        const sort = order?.title === c.title ? (order.down ? 'descending' : 'ascending') : undefined;
+                        return (
+                            <th scope="col" style={c.width ? { width: c.width } : undefined} aria-sort={sort}>{c.hidden ? <span class="sr">{c.title}</span>
+                                : c.by ? <button class="plain-button sort" title={`Sort by ${c.title.toLowerCase()}`} onClick={() => press(c.title)}>{c.title}<span aria-hidden="true">{sort ? (order!.down ? ' ▾' : ' ▴') : ''}</span></button> : c.title}</th>
+                        );
+                    })}</tr>
                 </thead>
                 <tbody>
                     {first > 0 && <tr aria-hidden="true"><td class="gap" colSpan={columns.length} style={{ height: `${first * ROW}px` }} /></tr>}

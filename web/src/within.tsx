@@ -2,6 +2,7 @@
 import { useState } from 'preact/hooks';
 import type * as api from './api';
 import { DataTable } from './charts';
+import { Amounts } from './charts_within';
 import { PairedCharts } from './findings';
 import { Linked } from './paths';
 import { Headline, TestedMaps } from './tested';
@@ -19,6 +20,29 @@ const beside = (name: string) => [
     { name: 'standardError', text: 'standard error', unit: UNIT }, { name: 'confidence', text: 'half the region of confidence', unit: UNIT },
     { name: 'statistic', text: "statistic (Hotelling's T²)" },
 ];
+
+/** Sides that were measured repeatedly: whether they differ by more than measurements do. */
+function Replicates({ of, subjects }: { of: Record<string, any>; subjects: number }) {
+    const range = (e: Estimate, factor = 1): string => `${figure(e.value === null ? null : factor * e.value)} (95 %: ${e.interval.map((v) => figure(factor * v)).join(' to ')})`;
+    const [between, within] = of.degreesOfFreedom;
+    return (
+        <section aria-label="Repeated measurements">
+            <h2>Repeated measurements</h2>
+            <p class="big">F = {figure(of.f.value)} <span class="quiet">(95 %: {of.f.interval.map((v: number) => figure(v)).join(' to ')}), p {of.pValueIsFloor ? '≤' : '='} {figure(of.pValue)}, {of.permutations.toLocaleString('en')} permutations of measurements within subjects</span></p>
+            <p>{of.pValue <= 0.05 ? 'The sides of a subject differ by more than measurements of one side do: its fluctuating asymmetry is no error of measurement.'
+                : 'That the sides of a subject differ by more than measurements of one side do was not shown: its fluctuating asymmetry may be error of measurement.'}
+                {' '}Of a difference of two measurements {range(of.repeatability, 100)} % is the subject's own.</p>
+            <div class="split">
+                <Amounts title="Fluctuating asymmetry and error of measurement" name="replicates" unit="L2 of SRNFs" rows={[['without error', of.fluctuating], ['one measurement', of.measured]]
+                    .filter(([, e]) => typeof e.value === 'number').map(([name, e]) => ({ name, value: e.value, low: e.interval[0], high: e.interval[1] }))} />
+                <div>
+                    <DataTable rows={[['source', 'mean square', 'degrees of freedom'], ['individual', of.individual, subjects - 1], ['side', of.side, 1], ['individual by side', of.interaction, between], ['error of measurement', of.error, within]]} />
+                    <p class="quiet">Of {plural(of.measurements, 'measurement')}. All else on this page is of the means of the measurements of a side.</p>
+                </div>
+            </div>
+        </section>
+    );
+}
 
 export function Within({ result }: { result: api.Outputs<'change'> | api.Outputs<'asymmetry'> }) {
     const [chosen, setChosen] = useState<number | undefined>();
@@ -39,6 +63,7 @@ export function Within({ result }: { result: api.Outputs<'change'> | api.Outputs
             <p class="quiet">Lengths are root mean squares over the surface, in the unit of the meshes, which is taken to be the millimetre.</p>
             <TestedMaps surface={result.surface.id} test={result} beside={beside(sides ? 'asymmetry' : 'change')} />
             <p class="quiet">Outward is positive{sides ? ': there the right side is larger' : ''}. The region of confidence holds the mean at all points together, with 95 %.</p>
+            {'replicates' in result && result.replicates && <Replicates of={result.replicates} subjects={result.subjects} />}
             <h2>Subjects</h2>
             <div class="split"><PairedCharts result={result} chosen={chosen} onChoose={setChosen} /></div>
             {one && pair.length === 2

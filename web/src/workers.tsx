@@ -1,9 +1,41 @@
-// For admins: the processes of `srnfd worker`, on this and other machines, that compute tasks of jobs.
-import { useEffect } from 'preact/hooks';
+// For admins: the processes of `srnfd worker`, on this and other machines, that compute tasks of jobs, and those that get
+// none since a result of theirs was wrong.
+import { useEffect, useState } from 'preact/hooks';
 import * as api from './api';
-import { Shown, plural, useLoad, when } from './ui';
+import { say } from './state';
+import { ProblemBox, Shown, Sure, plural, useLoad, when } from './ui';
 
 const REFRESH_MS = 5000;
+
+type Bar = api.Answer<'/v1/workers'>['bars'][number];
+
+function Bars({ bars, reload }: { bars: Bar[]; reload: () => void }) {
+    const [error, setError] = useState<unknown>();
+    const lift = async (bar: Bar) => {
+        setError(undefined);
+        try {
+            await api.send('delete', '/v1/workers/bars/{bar}', { bar: `${bar.bar}` });
+            say(`${bar.worker} gets tasks again`);
+            reload();
+        } catch (e) {
+            setError(e);
+        }
+    };
+    return (
+        <>
+            <h3>Barred</h3>
+            <p class="quiet">The service computed other results than these returned. All that come with the token from the host get no tasks for a day, and what they had returned is computed again.</p>
+            {error ? <ProblemBox error={error} /> : null}
+            <div class="scroll" tabIndex={0} role="region" aria-label="Barred workers"><table>
+                <thead><tr>{['Found wrong', 'Host', 'Token', 'Why', 'Since', 'Until'].map((t) => <th scope="col">{t}</th>)}<th scope="col"><span class="sr">Lift</span></th></tr></thead>
+                <tbody>{bars.map((b) => (
+                    <tr key={b.bar}><td><code>{b.worker}</code></td><td>{b.host || 'any'}</td><td>{b.pilots ? 'of the service, for pilots' : b.token || 'none'}</td><td>{b.why}</td>
+                        <td>{when(b.since)}</td><td>{when(b.until)}</td>
+                        <td><Sure onYes={() => void lift(b)} question={`Let workers from ${b.host || 'any host'} have tasks again?`}>Lift</Sure></td></tr>
+                ))}</tbody></table></div>
+        </>
+    );
+}
 
 export function Workers() {
     const workers = useLoad((signal) => api.get('/v1/workers', {}, signal), []);
@@ -14,21 +46,23 @@ export function Workers() {
     return (
         <section aria-label="Workers">
             <h2>Workers</h2>
-            <Shown of={workers} label="workers">{({ executor, items }) => {
+            <Shown of={workers} label="workers">{({ executor, items, bars }) => {
                 const slots = items.reduce((sum, w) => sum + w.slots, 0);
                 const leased = items.reduce((sum, w) => sum + w.leased, 0);
                 if (executor === 'local') return <p class="quiet">The service computes everything itself. <code>--executor workers</code> or <code>slurm</code> makes it offer tasks to other machines.</p>;
-                if (items.length === 0) return <p class="quiet">No worker has given a sign for two minutes. {executor === 'slurm' ? 'Slurm is asked for some when a job has tasks.' : <>Jobs wait until <code>srnfd worker</code> runs somewhere.</>}</p>;
+                const barred = bars.length > 0 && <Bars bars={bars} reload={workers.reload} />;
+                if (items.length === 0) return <><p class="quiet">No worker has given a sign for two minutes. {executor === 'slurm' ? 'Slurm is asked for some when a job has tasks.' : <>Jobs wait until <code>srnfd worker</code> runs somewhere.</>}</p>{barred}</>;
                 return (
                     <>
                         <p>{plural(items.length, 'worker')}{executor === 'slurm' ? ', placed by Slurm or started by hand' : ''}: {leased} of {plural(slots, 'slot')} at work.</p>
                         <div class="scroll" tabIndex={0} role="region" aria-label="Workers"><table>
                             <thead><tr>{['Worker', 'Host', 'Processor', 'Token', 'At work', 'Done', 'Lost', 'First sign', 'Last sign'].map((t) => <th scope="col">{t}</th>)}</tr></thead>
                             <tbody>{items.map((w) => (
-                                <tr><td><code>{w.worker}</code></td><td>{w.host}</td><td>{w.cpu}</td><td>{w.token || 'none'}</td><td>{w.leased} of {w.slots}</td>
+                                <tr><td><code>{w.worker}</code>{w.barred && <div class="wrong">barred</div>}</td><td>{w.host}</td><td>{w.cpu}</td><td>{w.token || 'none'}</td><td>{w.leased} of {w.slots}</td>
                                     <td>{w.done}{Object.entries(w.kinds).map(([kind, of]) => <div class="quiet">{kind} {of.done}</div>)}</td>
                                     <td>{w.lost}</td><td>{when(w.first)}</td><td>{when(w.last)}</td></tr>
                             ))}</tbody></table></div>
+                        {barred}
                     </>
                 );
             }}</Shown>

@@ -1,4 +1,4 @@
-import{A as B,B as y,D as U,E as V,G as q,H as C,K as H,N as h,P as j,Q as g,S as G,U as F,X as s,Y as k,Z as T,_ as W,a as I,aa as _,ba as x,c as v,e as $,g as M,k as O,l as D,n as d,o as E,p as N,w as R}from"./chunk-YRMBJLD7.js";function te(e,l){let i=[],m=[],n="",t=!1;for(let a=0;a<e.length;a++){let r=e[a];t?r!=='"'?n+=r:e[a+1]==='"'?n+=e[++a]:t=!1:r==='"'&&n===""?t=!0:r===l||r===`
+import{A as B,B as y,D as U,E as V,G as q,H as C,K as H,N as h,P as j,Q as g,S as G,U as F,X as s,Y as k,Z as T,_ as W,a as I,aa as _,ba as x,c as v,e as $,g as M,k as O,l as D,n as d,o as E,p as N,w as R}from"./chunk-Q27QBM3D.js";function te(e,l){let i=[],m=[],n="",t=!1;for(let a=0;a<e.length;a++){let r=e[a];t?r!=='"'?n+=r:e[a+1]==='"'?n+=e[++a]:t=!1:r==='"'&&n===""?t=!0:r===l||r===`
 `?(m.push(n.trim()),n="",r===`
 `&&(i.push(m),m=[])):n+=r}return(n||m.length)&&i.push([...m,n.trim()]),i.filter(a=>a.some(r=>r!==""))}function S(e){let l=e.replace(/^\uFEFF/,"").replace(/\r\n?/g,`
 `),i=l.slice(0,l.indexOf(`

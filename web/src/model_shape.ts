@@ -1,0 +1,18 @@
+// Shapes at points of a model, as the service computes them while one waits; nothing of it is stored.
+import * as api from './api';
+
+export interface Point { positions: Float32Array; offset: number; energy: number }
+
+export const RESOLUTION = 24;
+
+/** Of a model of several structures, the shape of one of them. */
+export async function shapeOf(model: string, coefficients: number[], signal?: AbortSignal, part?: string): Promise<Point> {
+    const of = part === undefined ? '' : `&part=${encodeURIComponent(part)}`;
+    const response = await api.request(`/v1/models/${model}/shape?coefficients=${coefficients.join(',')}${of}&format=positions&resolution=${RESOLUTION}`, { signal });
+    const number = (name: string) => Number(response.headers.get(name));
+    return { positions: new Float32Array(await response.arrayBuffer()), offset: number('Srnfd-Offset'), energy: number('Srnfd-Relative-Energy') };
+}
+
+export const existence = (offset: number): string =>
+    offset < 0.1 ? 'this shape exists' : offset <= 0.5 ? `the shape shown is the nearest that exists, ${Math.round(100 * offset)} % of the way off`
+        : 'such a shape does not exist; this is the nearest one';
