@@ -23,24 +23,51 @@ static bool is_beside(const json_t *names, const json_t *value)
            !json_is_object(json_array_get(value, 0)) && !json_is_array(json_array_get(value, 0));
 }
 
-void report_figures(FILE *out, const json_t *object)
+/* What is looked for first is said first. */
+static const char *const answers[] = {"pValue", "pValueInterval", "distance"};
+
+static bool is_answer(const char *name)
+{
+    for (size_t i = 0; i < sizeof answers / sizeof answers[0]; i++) {
+        if (strcmp(answers[i], name) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void put_figure(FILE *out, const json_t *object, const char *name, bool *any)
 {
     const json_t *names = json_object_get(object, namer_of(object));
+    const json_t *member = json_object_get(object, name);
+
+    if (!member || !report_is_told(name, member) || !report_is_cell(member) ||
+        is_beside(names, member)) {
+        return;
+    }
+    (void)fputs(*any ? "" : "<table class=\"figures\"><tbody>", out);
+    (void)fputs("<tr><th scope=\"row\">", out);
+    report_words(out, name);
+    (void)fputs("</th><td>", out);
+    report_put_cell(out, object, name);
+    (void)fputs("</td></tr>", out);
+    *any = true;
+}
+
+void report_figures(FILE *out, const json_t *object)
+{
     bool any = false;
     json_t *member;
     const char *name;
 
+    for (size_t i = 0; i < sizeof answers / sizeof answers[0]; i++) {
+        put_figure(out, object, answers[i], &any);
+    }
     json_object_foreach((json_t *)(uintptr_t)object, name, member)
     {
-        if (!report_is_told(name, member) || !report_is_cell(member) || is_beside(names, member)) {
-            continue;
+        if (!is_answer(name)) {
+            put_figure(out, object, name, &any);
         }
-        (void)fputs(any ? "<tr><th scope=\"row\">" : "<table><tbody><tr><th scope=\"row\">", out);
-        report_words(out, name);
-        (void)fputs("</th><td>", out);
-        report_put_cell(out, object, name);
-        (void)fputs("</td></tr>", out);
-        any = true;
     }
     (void)fputs(any ? "</tbody></table>" : "", out);
 }
@@ -160,8 +187,7 @@ void report_matrix(const struct report_page *page, const json_t *object, const c
     const json_t *names = names_of(page, object, n), *row;
     FILE *out = page->body;
 
-    (void)fputs("<table>", out);
-    (void)fputs("<thead><tr><td></td>", out);
+    (void)fputs("<table class=\"matrix\"><thead><tr><td></td>", out);
     for (size_t k = 0; k < m; k++) {
         put_column(page, name, m == n ? names : NULL, k, m);
     }

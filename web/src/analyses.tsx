@@ -225,7 +225,7 @@ function Field({ input, kind, text, set, choices, hint, around }: {
         return (
             <fieldset aria-describedby={`${id}-help`}><legend>{input.title}</legend>
                 <PartsField id={id} names={around.parts ?? []} shapes={choices.shapes} text={text} set={set} sent={around.sent} />
-                <p class="help" id={`${id}-help`}>{input.description}</p>
+                <p class="help" id={`${id}-help`}>A shape for each structure of the model. Each is registered to the mean of its structure.</p>
             </fieldset>
         );
     } else if (kind === 'points' || kind === 'weights') {
@@ -278,9 +278,10 @@ const PAUSE_MS = 400; // after the last change, before an estimate is asked for
 const about = (seconds: number): string => (seconds < 1 ? 'less than a second' : `about ${span(seconds < 10 ? seconds : +seconds.toPrecision(2))}`);
 
 /** What the service expects of these inputs, or why it would refuse them, before anything is started. */
-function Expected({ process, kinds, texts }: { process: api.Process; kinds: Kind[]; texts: Record<string, string> }) {
+function Expected({ process, kinds, texts, parts }: { process: api.Process; kinds: Kind[]; texts: Record<string, string>; parts?: string[] }) {
     const inputs = inputsOf(process, kinds, texts);
-    const whole = process.inputs.every((i) => !i.required || inputs[i.name] !== undefined);
+    const lacks = kinds.includes('parts') && parts ? parts.filter((name) => !(inputs.parts as Record<string, string> | undefined)?.[name]) : [];
+    const whole = lacks.length === 0 && process.inputs.every((i) => !i.required || inputs[i.name] !== undefined);
     const asked = JSON.stringify(inputs);
     const [found, setFound] = useState<{ asked: string; estimate?: api.Estimate; error?: unknown }>();
     useEffect(() => {
@@ -295,7 +296,7 @@ function Expected({ process, kinds, texts }: { process: api.Process; kinds: Kind
             stop.abort();
         };
     }, [process.id, asked, whole]);
-    if (!whole || !found) return <p class="quiet" role="status">{whole ? 'Estimating…' : ''}</p>;
+    if (!whole || !found) return <p class="quiet" role="status">{whole ? 'Estimating…' : lacks.length ? `Choose a shape for ${lacks.join(', ')}.` : ''}</p>;
     const problem = found.error instanceof api.Failure ? found.error.problem : undefined;
     if (problem?.status === 422) {
         return <p class="wrong" role="status">{[...(problem.errors ?? []).map((e) => `${e.pointer.replace('/inputs/', '').replace('/inputs', '')}: ${e.detail}`.replace(/^: /, '')), ...(problem.errors ? [] : [problem.detail])].join(' ')}</p>;
@@ -347,7 +348,8 @@ export function Form({ id }: { id: string }) {
         setTexts(start);
     }, [loaded.value]);
     /** What an input of a shape means where the model has parts, and the other way round: nothing. */
-    const isAsked = (input: api.Input, kind: Kind, kinds: Kind[]): boolean => !kinds.includes('parts') || (partsOfModel ? !/^surfaces?$/.test(input.name) : kind !== 'parts');
+    const isAsked = (input: api.Input, kind: Kind, kinds: Kind[]): boolean => (kinds.includes('parts') ? (partsOfModel ? !/^surfaces?$/.test(input.name) : kind !== 'parts')
+        : !(kind === 'shapes' && !input.required && kinds.includes('cohort') && texts.cohort)); // shapes are the other way to name a group
     const asked = (process: api.Process, kinds: Kind[]): Record<string, string> =>
         Object.fromEntries(process.inputs.map((input, i) => [input.name, isAsked(input, kinds[i], kinds) ? texts[input.name] ?? '' : '']));
     const submit = async (event: Event) => {
@@ -367,7 +369,8 @@ export function Form({ id }: { id: string }) {
     };
     return (
         <Shown of={loaded} page label="the form">{({ process, kinds, choices }) => {
-            const fields = process.inputs.map((input, i) => ({ input, kind: kinds[i] })).filter(({ input, kind }) => isAsked(input, kind, kinds));
+            const fields = process.inputs.map((input, i) => ({ input, kind: kinds[i] })).filter(({ input, kind }) => isAsked(input, kind, kinds))
+                .sort((a, b) => +(b.kind === 'cohort') - +(a.kind === 'cohort'));
             const all = { ...choices, shapes: [...sent, ...choices.shapes] };
             const show = ({ input, kind }: (typeof fields)[0]) => (
                 <Field key={input.name} input={input} kind={kind} choices={all} text={texts[input.name] ?? ''} hint={/^(covariates|formula)$/.test(input.name) ? columnsOf(members) : undefined} around={{ process: id, texts, members, parts: partsOfModel, sent: (shape) => setSent((before) => [shape, ...before]) }}
@@ -383,7 +386,7 @@ export function Form({ id }: { id: string }) {
                         <div class="field"><label for="job-name">Name <span class="quiet">optional</span></label>
                             <input id="job-name" type="text" maxLength={255} value={name} placeholder={usualName(process, texts)} onInput={(e) => setName(e.currentTarget.value)} />
                             <p class="help">For the list of jobs and the report.</p></div>
-                        <Expected process={process} kinds={kinds} texts={asked(process, kinds)} />
+                        <Expected process={process} kinds={kinds} texts={asked(process, kinds)} parts={partsOfModel} />
                         {error ? <ProblemBox error={error} /> : null}
                         <button class="main" disabled={busy || !mayChange()}>{mayChange() ? 'Start' : 'A viewer may not start analyses'}</button>
                     </form>

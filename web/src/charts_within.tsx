@@ -7,7 +7,7 @@ const RIGHT = 400;
 
 /** Lengths on one axis from 0 on, with 95 % intervals. */
 export function Amounts({ title, name, unit, rows }: { title: string; name: string; unit: string; rows: { name: string; value: number; low: number; high: number }[] }) {
-    const most = Math.max(...rows.map((r) => r.high)) || 1;
+    const most = 1.04 * Math.max(...rows.map((r) => r.high)) || 1;
     const height = 52 + 30 * rows.length;
     const at = (v: number) => LEFT + ((RIGHT - LEFT) * Math.max(0, v)) / most;
     return (

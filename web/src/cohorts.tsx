@@ -163,7 +163,7 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
             <datalist id="labels">{labels.map((l) => <option value={l} />)}</datalist>
             <LongTable label={`Members of ${cohort.name}`} items={rows} keyOf={(r) => `${r.at}`}
                 columns={[{ title: 'Shape', by: (r) => r.name }, { title: 'Label', by: (r) => r.label }, { title: 'Subject', by: (r) => r.subject }, { title: 'Side', width: '5rem', by: (r) => r.side }, { title: 'Time', width: '5rem', by: (r) => r.time }, { title: 'Mirror', width: '5rem' },
-                    ...covariates.map((c) => ({ title: c, width: '7rem', by: (r: Row) => r.covariates?.[c] as string | number | null | undefined })), ...(mayChange() ? [{ title: 'Remove', hidden: true, width: '6rem' }] : [])]}
+                    ...covariates.map((c) => ({ title: c, width: '7rem', by: (r: Row) => r.covariates?.[c] as string | number | null | undefined })), ...(mayChange() ? [{ title: 'Remove', hidden: true, width: '7rem' }] : [])]}
                 row={(r) => [
                     <a href={r.id.startsWith('mesh-') ? link('meshes', r.id) : link('shapes', r.id)}>{r.name}</a>,
                     cell(r.at, r, 'Label', r.label, (t) => ({ label: t || null }), 'labels'),

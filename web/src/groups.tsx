@@ -6,9 +6,12 @@ import { mayChange, refreshJobs } from './state';
 import { Headline, TestedMaps } from './tested';
 import { ProblemBox, figure } from './ui';
 
+const BOOTSTRAPS = 500;
+
 /** The geodesic from one mean to the other: both are predictions of a linear model of the labels, so that they are registered to each other. */
 function Between({ result }: { result: api.Outputs<'compare-groups'> }) {
     const [path, setPath] = useState<api.Outputs<'geodesic'>>();
+    const [size, setSize] = useState<{ r2: number | null; r2Interval?: (number | null)[] }>();
     const [busy, setBusy] = useState(false);
     const [error, setError] = useState<unknown>();
     const given = result.inputs;
@@ -17,9 +20,10 @@ function Between({ result }: { result: api.Outputs<'compare-groups'> }) {
         setError(undefined);
         try {
             const model = await api.run('regress', {
-                cohort: given.cohort.name, formula: 'shape ~ label', at: result.groups.map((label: string) => ({ label })), permutations: 19, bootstraps: 100,
+                cohort: given.cohort.name, formula: 'shape ~ label', at: result.groups.map((label: string) => ({ label })), permutations: 19, bootstraps: BOOTSTRAPS,
                 ...Object.fromEntries(['register', 'commonPose', 'lmax', 'mixedRoutes'].filter((name) => given[name] !== undefined && given[name] !== null).map((name) => [name, given[name]])),
             });
+            setSize(model.terms[0] as { r2: number | null; r2Interval?: (number | null)[] });
             const [from, to] = model.predictions.map((p: any) => p.surface.id);
             setPath(await api.run('geodesic', { from, to, register: false }));
             refreshJobs();
@@ -31,8 +35,9 @@ function Between({ result }: { result: api.Outputs<'compare-groups'> }) {
     return (
         <section aria-label="Between the means">
             <h2>From {result.groups[0]} to {result.groups[1]}</h2>
+            {size && <p>The label is {figure(100 * (size.r2 ?? NaN))} % of the variance of shape{size.r2Interval ? ` (95 %: ${size.r2Interval.map((v) => figure(100 * (v ?? NaN))).join(' to ')} %, ${BOOTSTRAPS} bootstraps)` : ''}.</p>}
             {path ? <Path surfaces={path.surfaces} texts={path.times.map((t: number) => (t === 0 ? `mean of ${result.groups[0]}` : t === 1 ? `mean of ${result.groups[1]}` : `${Math.round(100 * t)} % of the way`))} energies={path.relativeEnergies.geodesic} />
-                : <div class="no-report"><p class="quiet">The geodesic between both means, as an animation. It takes about as long as the comparison did.</p>
+                : <div class="no-report"><p class="quiet">The geodesic between both means, as an animation, and the size of the effect with its interval. It takes about as long as the comparison did.</p>
                     {mayChange() && <button disabled={busy} onClick={() => void find()}>{busy ? 'Computing the path…' : 'Path between the means'}</button>}</div>}
             {error ? <ProblemBox error={error} /> : null}
         </section>

@@ -40,8 +40,8 @@ export function Jobs() {
             </div>
             {list.length === 0 ? <p class="quiet">No job {find || state ? 'fits' : 'yet: start an analysis of a cohort'}.</p> : (
                 <LongTable label="Jobs" items={list} keyOf={(j) => j.id}
-                    columns={[{ title: 'Analysis', by: (j) => j.name || j.process }, { title: 'State', by: (j) => STATUS[j.status] }, { title: 'Took', width: '7rem', by: (j) => (j.started && j.finished ? Date.parse(j.finished) - Date.parse(j.started) : null) },
-                        { title: 'Started', width: '14rem', by: (j) => j.created }, { title: 'Cancel', hidden: true, width: '6rem' }]}
+                    columns={[{ title: 'Analysis', by: (j) => j.name || j.process }, { title: 'State', width: '17rem', by: (j) => STATUS[j.status] }, { title: 'Took', width: '7rem', by: (j) => (j.started && j.finished ? Date.parse(j.finished) - Date.parse(j.started) : null) },
+                        { title: 'Started', width: '12rem', by: (j) => j.created }, { title: 'Cancel', hidden: true, width: '6rem' }]}
                     row={(j) => [
                         <a href={link('jobs', j.id)}>{j.name ? `${j.name} (${j.process})` : j.process}</a>,
                         isActive(j) ? <span class="row"><Meter value={j.progress} label={`Progress of ${j.process}`} /><span class="quiet">{progressText(j)}</span></span>

@@ -17,6 +17,14 @@ import { mayChange } from './state';
 import { moved } from './stage';
 import { ProblemBox, Shown, figure, plural, useLoad } from './ui';
 
+/** How far the vertex of the shapes is that is farthest from a point. */
+function farFrom(centre: number[], shapes: Surface3[]): number {
+    let most = 0;
+    for (const { positions: p } of shapes)
+        for (let i = 0; i < p.length; i += 3) most = Math.max(most, Math.hypot(p[i] - centre[0], p[i + 1] - centre[1], p[i + 2] - centre[2]));
+    return most;
+}
+
 const radiusOf = (shape: Surface3): number => boundsOf([shape]).radius;
 
 async function load(result: any, places: Map<number, number[]>): Promise<Frames[]> {
@@ -89,12 +97,18 @@ function Together({ result, frames, places, live }: { result: any; frames: Frame
             normalsOf(shape);
             moved(shape);
         });
+        if (sight.current) sight.current.radius = Math.max(sight.current.radius, 1.1 * farFrom(sight.current.centre, moving));
         setVersion((v) => v + 1);
     };
-    const look = useMemo(() => {
+    // What is seen grows with the structures, so that none leaves it.
+    const sight = useRef<ReturnType<typeof boundsOf> | null>(null);
+    useMemo(() => {
+        sight.current = null;
         place({});
-        return boundsOf(moving);
+        sight.current = boundsOf(moving);
+        sight.current.radius *= 1.1;
     }, [moving]);
+    const look = { ...sight.current! };
     useEffect(() => place(at, known?.points), [at, moving, exact, loading]);
     useEffect(() => {
         if (!playing) return;
@@ -135,7 +149,7 @@ function Together({ result, frames, places, live }: { result: any; frames: Frame
     return (
         <div class="split">
             <figure class="shape tall">
-                <View parts={parts} camera={linked} version={version} look={{ ...look, radius: 1.1 * look.radius }} label={`${result.parts.map((p: any) => p.name).join(', ')}: ${text}`} />
+                <View parts={parts} camera={linked} version={version} look={look} label={`${result.parts.map((p: any) => p.name).join(', ')}: ${text}`} />
                 <figcaption class="row">{text}<span class="no-report"><PictureButtons parts={parts} camera={linked} look={look} name="structures" /></span></figcaption>
                 <p class="row legend">{result.parts.map((part: any, p: number) => <span><svg viewBox="0 0 10 10" width="12" height="12" aria-hidden="true"><rect width="10" height="10" fill={GROUPS[p % GROUPS.length]} /></svg> {part.name}</span>)}</p>
             </figure>
@@ -163,7 +177,7 @@ function Together({ result, frames, places, live }: { result: any; frames: Frame
                     <button onClick={() => { setPlaying(0); setAt({}); }}>Back to the means</button>
                 </div>
                 {known ? (
-                    <p role="status" class={worst! > 0.5 ? 'wrong' : 'quiet'}>Computed exactly{known.points.length > 1 ? `: ${known.points.map((p, i) => `${result.parts[i].name} ${p.offset < 0.1 ? 'exists' : p.offset <= 0.5 ? `is ${Math.round(100 * p.offset)} % of the way off the nearest that exists` : 'does not exist: the nearest is shown'}`).join('; ')}` : `: ${existence(worst!)}`}.</p>
+                    <p role="status" class={worst! > 0.5 ? 'wrong' : 'quiet'}>Computed exactly{known.points.length > 1 ? `. ${known.points.map((p, i) => `${result.parts[i].name}: ${existence(p.offset)}`).join('. ')}` : `: ${existence(worst!)}`}.</p>
                 ) : active.length > 0 && <p class="quiet">Interpolated{active.length > 1 ? ', with the displacements of several components added' : ''}{live ? ': let the slider go for the exact shapes' : ''}.</p>}
                 {error ? <ProblemBox error={error} /> : null}
                 <p class="quiet">{result.positions ? `Structures are where the model has them, in units of the root of their total area.${result.positions.components ? '' : ' How they move is in the results of the analysis, which are gone.'}` : 'Where structures are to each other is not in this model: they stand side by side, in their sizes.'}</p>
@@ -199,7 +213,7 @@ export function Joint({ result, job }: { result: any; job?: api.Job }) {
     const more = Math.min(result.eigenvalues.length, Math.max(3, places.size + 2));
     return (
         <>
-            <p class="quiet">{plural(result.subjects.length, 'subject')}, {plural(result.parts.length, 'structure')} of each, {plural(result.eigenvalues.length, 'component')}.</p>
+            {job && <p class="quiet">{plural(result.subjects.length, 'subject')}, {plural(result.parts.length, 'structure')} of each, {plural(result.eigenvalues.length, 'component')}.</p>}
             <Shown of={loaded} label="the structures">{(of) => <Together result={result} frames={of.frames} places={places} live={of.live} />}</Shown>
             {job && !live && mayChange() && places.size < more && <p class="no-report"><a class="button" href={`${link('analyses', 'pca-parts')}?rerun=${job.id}&modes=${more}`}>{places.size ? 'More components to move' : 'Components to move'}</a></p>}
             <div class="split"><JointCharts result={result} chosen={chosen} onChoose={setChosen} /></div>

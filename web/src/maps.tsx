@@ -36,7 +36,12 @@ export const isFlipped = (map: Map3): boolean => /significance|fdr|pvalue/i.test
 /** The colour of a share of the range of a map. */
 export const colourOf = (map: Map3, share: number): string => colourText(map.scale, isFlipped(map) ? 1 - share : share);
 
-export const titleOf = (map: Map3): string => map.title ?? `${map.field.name}${map.field.unit && map.field.unit !== '1' ? ` (${map.field.unit})` : ''}`;
+/** Of a map as people write it. Lengths are in the unit of the files, which is taken to be the millimetre. */
+export const unitOf = (field: Field): string => (field.unit === 'length' ? 'mm' : field.unit && field.unit !== '1' ? field.unit : '');
+const NAMES: Record<string, string> = { significance: 'p, corrected for all points', fdr: 'false discovery rate', zScore: 'z score', lmax: 'degree' };
+export const nameOfMap = (name: string): string => NAMES[name] ?? name.replace(/([a-z0-9])([A-Z])/g, '$1 $2').toLowerCase();
+
+export const titleOf = (map: Map3): string => map.title ?? `${nameOfMap(map.field.name)}${unitOf(map.field) ? ` (${unitOf(map.field)})` : ''}`;
 
 export function ColourBar({ map, threshold }: { map: Map3; threshold?: number }) {
     const flip = isFlipped(map);

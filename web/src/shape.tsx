@@ -6,7 +6,7 @@ import { groupLook } from './colours';
 import { boundsOf } from './geometry';
 import { readGlb } from './glb';
 import type { Surface3 } from './glb';
-import { ColourBar, colourOf, isFlipped, mapOf, paintedBy, titleOf } from './maps';
+import { ColourBar, colourOf, isFlipped, mapOf, nameOfMap, paintedBy, titleOf, unitOf } from './maps';
 import type { Map3 } from './maps';
 import { link } from './router';
 import { Camera, draw, forget, pick } from './stage';
@@ -246,12 +246,12 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
     };
     return (
         <figure class="shape" ref={own}>
-            <View parts={parts} camera={camera} label={map ? `${label}, coloured by ${map.field.name}` : label} look={look}
+            <View parts={parts} camera={camera} label={map ? `${label}, coloured by ${nameOfMap(map.field.name)}` : label} look={look}
                 onHover={map ? setHere : undefined} onPick={placing ? add : undefined} />
             <figcaption class="row">
                 {shape.fields.length > 0 && (
                     <label>Map <select value={field} onChange={(e) => { setField(e.currentTarget.value); setRange(USUAL); }}>
-                        <option value="">none</option>{shape.fields.map((f) => <option value={f.name}>{f.name}</option>)}
+                        <option value="">none</option>{shape.fields.map((f) => <option value={f.name}>{nameOfMap(f.name)}</option>)}
                     </select></label>
                 )}
                 <label class="check"><input type="checkbox" checked={cut !== null} onChange={(e) => setCut(e.currentTarget.checked ? 0 : null)} /> Cut</label>
@@ -279,7 +279,7 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
                     {!isFlipped(map) && map.scale === 'signed' && <p class="quiet">Grey: what is nearer to 0, of either sign.</p>}
                 </details>
             )}
-            {map && <p class="quiet">{here === undefined ? 'Point at the shape to read the map.' : `Here ${figure(map.field.values[here])}${map.field.unit && map.field.unit !== '1' ? ` (${map.field.unit})` : ''}, vertex ${here}.`}</p>}
+            {map && <p class="quiet">{here === undefined ? 'Point at the shape to read the map.' : `Here ${figure(map.field.values[here])}${unitOf(map.field) ? ` ${unitOf(map.field)}` : ''}, vertex ${here}.`}</p>}
             {placing && (
                 <div>
                     <div class="actions">

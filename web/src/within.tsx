@@ -23,7 +23,6 @@ const beside = (name: string) => [
 
 /** Sides that were measured repeatedly: whether they differ by more than measurements do. */
 function Replicates({ of, subjects }: { of: Record<string, any>; subjects: number }) {
-    const range = (e: Estimate, factor = 1): string => `${figure(e.value === null ? null : factor * e.value)} (95 %: ${e.interval.map((v) => figure(factor * v)).join(' to ')})`;
     const [between, within] = of.degreesOfFreedom;
     return (
         <section aria-label="Repeated measurements">
@@ -31,7 +30,7 @@ function Replicates({ of, subjects }: { of: Record<string, any>; subjects: numbe
             <p class="big">F = {figure(of.f.value)} <span class="quiet">(95 %: {of.f.interval.map((v: number) => figure(v)).join(' to ')}), p {of.pValueIsFloor ? '≤' : '='} {figure(of.pValue)}, {of.permutations.toLocaleString('en')} permutations of measurements within subjects</span></p>
             <p>{of.pValue <= 0.05 ? 'The sides of a subject differ by more than measurements of one side do: its fluctuating asymmetry is no error of measurement.'
                 : 'That the sides of a subject differ by more than measurements of one side do was not shown: its fluctuating asymmetry may be error of measurement.'}
-                {' '}Of a difference of two measurements {range(of.repeatability, 100)} % is the subject's own.</p>
+                {' '}Of the variance of a difference of two measurements {share(of.repeatability)} is the subject's own.</p>
             <div class="split">
                 <Amounts title="Fluctuating asymmetry and error of measurement" name="replicates" unit="L2 of SRNFs" rows={[['without error', of.fluctuating], ['one measurement', of.measured]]
                     .filter(([, e]) => typeof e.value === 'number').map(([name, e]) => ({ name, value: e.value, low: e.interval[0], high: e.interval[1] }))} />
