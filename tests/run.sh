@@ -17,16 +17,19 @@
 #
 # A test's source may carry marker lines among its first twenty:
 #   srnfd-test: release-only    is left out of sanitizer builds
-#   srnfd-test: no-asan         is left out of the build with ASan, where tests that the line names run the same code
+#   srnfd-test: no-asan (WHY)   is left out of the build with ASan, where tests that WHY names run the same code
+#   srnfd-test: once (WHY)      make check runs it with ASan alone, and not in the release build too
 #   srnfd-test: alone           runs when no other test does (it measures time)
 #   srnfd-test: nightly         is left out, and runs in make nightly
 #   srnfd-test: slow            is left out of make quick, and starts before the others, so that the last to end is short
 #   srnfd-test: waits           mostly sleeps, for limits of time: it starts first and does not count as one at a time
 #   srnfd-test: timeout N       may take N seconds instead of 300 (twice that in sanitizer builds)
 #
-# Environment: SRNFD_NIGHTLY ("only": the tests marked nightly and no others), SRNFD_QUICK (leave out those marked
-# slow or alone), SRNFD_TEST_JOBS (one more than processors, at least 3), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this
-# folder).
+# Environment: SRNFD_NIGHTLY ("only": what make check leaves out of this build and nothing else: of a release build the
+# tests marked nightly or once, of one with ASan those marked no-asan), SRNFD_ONCE (leave out those marked once),
+# SRNFD_QUICK (leave out those marked slow or alone), SRNFD_ALONE ("no" or "only" those marked alone), SRNFD_TEST_JOBS
+# (one more than processors, at least 3), SRNFD_TEST_PLACES (a named pipe with a byte for each test that may run at a
+# time, for several runs that share them), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this folder).
 # Each report tells how long the test took and, in brackets, its processor time, which says more on a busy machine;
 # the ten that needed most of it are listed at the end.
 # The last line reads "N passed, M failed"; the exit status is 1 if M > 0.
@@ -96,6 +99,23 @@ done < <([ -z "$sources" ] || tr '\n' '\0' <<<"$sources" | xargs -0 awk '
 
 marker() { # SOURCE NAME
     [ -n "${MARKERS[$1 $2]-}" ]
+}
+
+left_out() { # SOURCE
+    local missed=nightly # what the night makes up for
+    if [ -n "$SRNFD_SANITIZED" ] && marker "$1" release-only; then
+        return 0
+    fi
+    [ "$SRNFD_SANITIZED" != asan ] || missed=no-asan
+    if [ "${SRNFD_NIGHTLY:-}" = only ]; then
+        ! marker "$1" $missed && { [ $missed != nightly ] || ! marker "$1" once; }
+        return
+    fi
+    marker "$1" nightly || marker "$1" $missed ||
+        { [ -n "${SRNFD_ONCE:-}" ] && marker "$1" once; } ||
+        { [ -n "${SRNFD_QUICK:-}" ] && { marker "$1" slow || marker "$1" alone; }; } ||
+        { [ "${SRNFD_ALONE:-}" = no ] && marker "$1" alone; } ||
+        { [ "${SRNFD_ALONE:-}" = only ] && ! marker "$1" alone; }
 }
 
 # Reads TAP on stdin and prints "passed failed skipped" and, from the second line on, what is wrong with the
@@ -222,21 +242,7 @@ while IFS= read -r source; do
     if [ -z "$source" ] || ! [[ ${source#"$TESTS/"} =~ $FILTER ]]; then
         continue
     fi
-    if [ -n "$SRNFD_SANITIZED" ] && marker "$source" release-only; then
-        continue
-    fi
-    if [ "$SRNFD_SANITIZED" = asan ] && marker "$source" no-asan; then
-        continue
-    fi
-    if [ "${SRNFD_NIGHTLY:-}" = only ] && ! marker "$source" nightly; then
-        continue
-    fi
-    if [ "${SRNFD_NIGHTLY:-}" != only ] && marker "$source" nightly; then
-        continue
-    fi
-    if [ -n "${SRNFD_QUICK:-}" ] && { marker "$source" slow || marker "$source" alone; }; then
-        continue
-    fi
+    left_out "$source" && continue
     if marker "$source" alone; then
         alone+=("$source")
     elif marker "$source" waits; then
@@ -248,7 +254,7 @@ while IFS= read -r source; do
     fi
 done <<<"$sources"
 
-start() { # SOURCE
+start() { # SOURCE [placed]
     local program=$1
     number=$((number + 1))
     if [ "${program##*.}" = c ]; then
@@ -257,25 +263,41 @@ start() { # SOURCE
     fi
     if [ ! -x "$program" ]; then
         report_missing "$number" "$1"
+        [ -z "${2-}" ] || leave_place
         return
     fi
-    run_one "$number" "$1" "$program" &
-    started=$!
+    {
+        run_one "$number" "$1" "$program"
+        [ -z "${2-}" ] || leave_place
+    } &
+    [ -z "${2-}" ] || placed[$!]=yes
 }
 
 declare -A placed=() # by process id: tests that take a place
-for source in ${waiting[@]+"${waiting[@]}"}; do
-    start "$source"
-done
-for source in ${long[@]+"${long[@]}"} ${together[@]+"${together[@]}"}; do
+take_place() {
+    if [ -n "${SRNFD_TEST_PLACES-}" ]; then
+        until read -r -n 1 -t 1 _ <>"$SRNFD_TEST_PLACES"; do
+            flush
+        done
+        return
+    fi
     while [ "${#placed[@]}" -ge "$JOBS" ]; do
         wait -n -p ended
         unset "placed[$ended]"
         flush
     done
-    started=
+}
+
+leave_place() {
+    [ -z "${SRNFD_TEST_PLACES-}" ] || printf . 1<>"$SRNFD_TEST_PLACES"
+}
+
+for source in ${waiting[@]+"${waiting[@]}"}; do
     start "$source"
-    [ -z "$started" ] || placed[$started]=yes
+done
+for source in ${long[@]+"${long[@]}"} ${together[@]+"${together[@]}"}; do
+    take_place
+    start "$source" placed
 done
 wait
 flush

@@ -3,7 +3,7 @@
 # or are not built.
 # srnfd-test: release-only
 . "$(dirname "$0")/support/lib.sh"
-unset SRNFD_QUICK SRNFD_NIGHTLY # of the run that this test is part of
+unset SRNFD_QUICK SRNFD_NIGHTLY SRNFD_ONCE SRNFD_ALONE SRNFD_TEST_PLACES # of the run that this test is part of
 
 FAKE=$SCRATCH/fake
 mkdir -p "$FAKE/tests/deep" "$FAKE/build/tests/deep"
@@ -181,6 +181,31 @@ export MEETING=$FAKE/meeting
 run 'test_lone'
 is "$LAST" '2 passed, 0 failed' 'a test that wants to be alone is'
 
+SRNFD_ALONE=no run 'test_lone'
+is "$LAST" '1 passed, 0 failed' 'is left out where it is run by itself'
+SRNFD_ALONE=only run 'test_lone'
+is "$LAST" '1 passed, 0 failed' 'and there nothing else is'
+
+# Two runs that share one place: what each leaves, the other takes.
+mkfifo "$FAKE/places"
+exec 8<>"$FAKE/places"
+printf . >&8
+for name in test_share_1 test_share_2 test_share_3; do
+    script "$name.sh" <<'END'
+echo 1..1; mkdir "$MEETING.place" && echo 'ok 1 - a'; sleep 0.1; rmdir "$MEETING.place"
+END
+done
+: >"$FAKE/tests/test_share_nothing.c" # takes a place and has no program
+SRNFD_TEST_PLACES=$FAKE/places SRNFD_TESTS=$FAKE/tests tests/run.sh "$FAKE/build" test_share >"$FAKE/other" 2>&1 &
+OTHER=$!
+SRNFD_TEST_PLACES=$FAKE/places run 'test_share'
+wait "$OTHER"
+is "$LAST, $(tail -n 1 "$FAKE/other")" '3 passed, 1 failed, 3 passed, 1 failed' 'runs that share places keep to them together'
+read -r -n 2 -t 0.1 -u 8 LEFT
+is "$LEFT" . 'and leave as many as there were'
+exec 8>&-
+rm "$FAKE/tests/test_share_nothing.c"
+
 script test_waits.sh <<'END'
 # srnfd-test: waits
 echo 1..1
@@ -211,9 +236,23 @@ echo 1..1; echo 'ok 1 - a'
 END
 run 'test_elsewhere|test_pass'
 is "$LAST" '2 passed, 0 failed' 'what others run under ASan is left out there'
+SRNFD_NIGHTLY=only run 'test_elsewhere|test_pass|test_long'
+is "$LAST" '1 passed, 0 failed' 'and runs with it by night, without what is nightly'
 echo '__tsan_init' >"$FAKE/build/srnfd"
 run 'test_elsewhere|test_pass'
-is "$LAST" '3 passed, 0 failed' 'and only there'
+is "$LAST" '3 passed, 0 failed' 'and is left out only there'
+rm "$FAKE/build/srnfd"
+
+script test_once.sh <<'END'
+# srnfd-test: once (as with ASan)
+echo 1..1; echo 'ok 1 - a'
+END
+run 'test_once|test_pass'
+is "$LAST" '3 passed, 0 failed' 'what need not run in both builds runs'
+SRNFD_ONCE=yes run 'test_once|test_pass'
+is "$LAST" '2 passed, 0 failed' 'but not where the other build has it'
+SRNFD_NIGHTLY=only run 'test_once|test_pass|test_elsewhere'
+is "$LAST" '1 passed, 0 failed' 'and by night'
 
 SRNFD_TESTS=$FAKE/tests tests/run.sh "$FAKE/nowhere" >/dev/null 2>&1
 is $? 2 'a folder that is not there is a usage error'
