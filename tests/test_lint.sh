@@ -50,6 +50,33 @@ rm "$COPY/core/harmonics/bad.c"
 cp -r core/memory.c core/internal.h "$COPY/core"
 cp -r include "$COPY"
 
+marked() { # NAME MARKER..: a test of that name
+    local name=$1
+    shift
+    { echo '#!/bin/sh' && printf '# srnfd-test: %s\n' "$@"; } >"$COPY/tests/api/test_$name.sh"
+}
+mkdir -p "$COPY/tests/api"
+marked other slow
+marked one 'once (it is)' 'timeout 30'
+marked two 'no-asan (test_one.sh and api/test_other.sh run its code)'
+clean markers
+marked one once
+finds markers 'test_one.sh:1: once without a reason' 'a test in one build says why'
+marked one 'once (it is)' release-only
+finds markers 'test_one.sh:1: .*with ASan too' 'a test that is nowhere is found'
+marked one 'once (it is)'
+echo '[ -n "$SRNFD_SANITIZED" ] || echo more' >>"$COPY/tests/api/test_one.sh"
+finds markers 'test_one.sh:1: .*leaves out something' 'and one of which a part is nowhere'
+marked one release-only
+finds markers 'test_two.sh:1: .*test_one.sh, .*left out' 'a test that is to run the code of another runs'
+rm "$COPY/tests/api/test_one.sh"
+finds markers 'test_two.sh:1: .*test_one.sh, .*not there' 'and is there'
+marked two 'no-asan (others run its code)'
+finds markers 'test_two.sh:1: no-asan without a test' 'and has a name'
+marked two no-asna
+finds markers 'test_two.sh:1: "no-asna" is no marker' 'a marker is spelled right'
+rm "$COPY"/tests/api/test_*.sh
+
 file core/harmonics/grid.h <<'END'
 int grid(int x);
 END

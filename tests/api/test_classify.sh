@@ -2,6 +2,7 @@
 # test_classify.sh - classification of a labelled cohort, and distances by the metrics that have no SRNFs, against a
 # live server: two kinds of nuclei with three surfaces each, which every method can tell apart.
 # srnfd-test: slow
+# srnfd-test: once (core/stats/test_classify.c has the figures in both builds)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

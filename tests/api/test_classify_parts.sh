@@ -2,6 +2,7 @@
 # test_classify_parts.sh - subjects classified by several structures together: one structure is classify, two tell what
 # neither does alone, sizes and covariates count where they are asked for, and what is wrong is told by name.
 # srnfd-test: slow
+# srnfd-test: no-asan (core/stats/test_classify_allocation.c, api/test_classify.sh and api/test_standard.sh run its code)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

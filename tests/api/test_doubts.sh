@@ -3,6 +3,7 @@
 #
 # test_doubts.sh - what records tell of a group that does not belong together: surfaces of two scales (refused), of
 # several degrees, in several units. Small surfaces of nuclei.
+# srnfd-test: once (core/registration has the figures in both builds)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

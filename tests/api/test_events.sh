@@ -2,6 +2,7 @@
 # GET /v1/jobs/{id}/events with curl, as a dashboard would use it: events from acceptance to the end, progress
 # that moves, ids that a client can come back with, and what ends a stream early.
 # srnfd-test: slow
+# srnfd-test: no-asan (api/test_events_all.sh and api/test_tickets.sh run its code)
 . "$(dirname "$0")/../support/lib.sh"
 
 start_server "$SCRATCH/data" --workers 1 --max-streams 3 --grace-seconds 2 || exit 1

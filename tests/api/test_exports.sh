@@ -3,6 +3,7 @@
 # test_exports.sh - a study as one zip, and another server that restores it: the same ids, and the same answers from its
 # cache.
 # srnfd-test: slow
+# srnfd-test: once (formats do not depend on the build)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

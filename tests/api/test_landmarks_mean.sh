@@ -2,6 +2,7 @@
 # test_landmarks_mean.sh - landmarks of mean and pca: by vertices for all members, by points of each, they are met exactly
 # or the nearer the more they weigh; what is held out is measured alone; wrong ones are told by name.
 # srnfd-test: slow
+# srnfd-test: once (core/registration/test_landmarks.c has the figures in both builds)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -2,6 +2,7 @@
 # test_mirror_process.sh - the process mirror: meshes and surfaces mirrored, what their records say, where they lie,
 # and that what is made of them knows. Shapes without a mirror plane, at a low degree.
 # srnfd-test: slow
+# srnfd-test: once (core/surface/test_mirror.c has the figures in both builds)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

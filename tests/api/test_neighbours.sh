@@ -3,6 +3,7 @@
 #
 # test_neighbours.sh - neighbours over HTTP: those that the matrix of distances has, as JSON, CSV and .npy; what is wrong
 # with inputs. core/stats/test_neighbours.c has what is pruned.
+# srnfd-test: once (core/stats/test_neighbours.c has the figures in the release build)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -2,6 +2,7 @@
 # test_paired.sh - change between two visits and asymmetry of two sides end to end: planted differences in the units of
 # the input, p by flips, times and sides that are told apart, and what is refused by name.
 # srnfd-test: slow
+# srnfd-test: no-asan (core/stats/test_paired.c and api/test_standard.sh run its code)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -2,6 +2,7 @@
 # test_pca_parts.sh - joint components of several structures: one part is pca, scores and shares fit together, weights
 # scale as stated, positions count where they are asked for, and incomplete cohorts are told by name.
 # srnfd-test: slow
+# srnfd-test: no-asan (api/test_model_parts.sh and api/test_standard.sh run its code)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

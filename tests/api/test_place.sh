@@ -2,6 +2,7 @@
 # test_place.sh - a surface is content in a place: moved copies of a mesh, one mesh in two files, and mirror images made
 # in two ways are surfaces each in its own place, which travel with studies; and what older versions stored under the id
 # of the content alone is still that.
+# srnfd-test: once (where surfaces lie does not depend on the build)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -5,6 +5,7 @@
 # brain structures as they are parameterized: what takes a surface back to itself or to another, what the metric
 # keeps, how near both frameworks are, and a job that is cancelled on the way.
 # srnfd-test: slow
+# srnfd-test: once (core/pullback has the figures in both builds)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

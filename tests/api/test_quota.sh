@@ -3,6 +3,7 @@
 # Ways to fill a quota of bytes, each by an owner of its own and until it is refused: the owner never holds more than it
 # may, not for a moment, the refusal names the quota, and what was there stays. Run by test_quota_ways.sh with
 # SRNFD_QUOTA_WAYS=all it tries a hundred.
+# srnfd-test: once (what is counted does not depend on the build)
 . "$(dirname "$0")/../support/lib.sh"
 
 ALL=${SRNFD_QUOTA_WAYS-}

@@ -2,6 +2,7 @@
 # test_report.sh - the process report end to end: one file whose numbers are those of the API, with its policy, small, and
 # with every name escaped.
 # srnfd-test: slow
+# srnfd-test: no-asan (api/test_standard.sh reports on a cohort and five analyses of it)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -2,6 +2,7 @@
 # test_score.sh - surfaces beside the norm end to end: percentiles, the map, calibration and covariates, members of the
 # model, and what is refused by name.
 # srnfd-test: slow
+# srnfd-test: once (core/stats/test_norms.c has the figures in both builds)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

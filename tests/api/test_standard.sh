@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # OGC API - Processes 1.0 by a client that others wrote (standard.py has the table of requirements).
 # srnfd-test: slow
-# srnfd-test: release-only
+# srnfd-test: once (every process runs with sanitizers, by its least inputs)
 . "$(dirname "$0")/../support/lib.sh"
 
 /usr/bin/python3 -c 'import owslib, jsonschema' 2>/dev/null || {

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # HTTPS by the daemon itself: requests of every kind pass, only current versions of TLS are spoken, and a certificate
 # that is replaced is shown from the next connection on, while one that cannot be used is passed over.
+# srnfd-test: once (what is read and sent does not depend on the build)
 . "$(dirname "$0")/../support/lib.sh"
 
 CERTIFICATE=$SCRATCH/certificate.pem

@@ -2,6 +2,7 @@
 # Who may call, against a whole daemon: tokens made and revoked while it runs, roles, what belongs to whom, the same
 # content sent by two, quotas, pages of other origins, and when it may listen beyond loopback.
 # srnfd-test: slow
+# srnfd-test: once (who may do what does not depend on the build)
 . "$(dirname "$0")/../support/lib.sh"
 
 DATA=$SCRATCH/data

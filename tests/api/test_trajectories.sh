@@ -3,6 +3,7 @@
 # predicted surfaces, a subject that is odd, the same least squares by numpy on exported fields, and what is refused by
 # name.
 # srnfd-test: slow
+# srnfd-test: no-asan (core/stats/test_trajectories.c and api/test_standard.sh run its code)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -4,6 +4,7 @@
 # test_transport.sh - shoot, transport and transfer end to end, on small surfaces of brain structures: the ends
 # that velocities point at, a vector that comes back, deformations with their sizes, and what is registered.
 # srnfd-test: slow
+# srnfd-test: once (core/pullback has the figures in both builds)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

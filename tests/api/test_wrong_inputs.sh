@@ -3,6 +3,7 @@
 # detail, and after each the service still answers. Meshes that parse but cannot be analysed are kept, their report
 # says why, and encode refuses them with the same code.
 # srnfd-test: slow
+# srnfd-test: once (what is refused does not depend on the build)
 . "$(dirname "$0")/../support/lib.sh"
 
 THALAMUS=tests/data/aal_subcortex/L_thalamus.ply

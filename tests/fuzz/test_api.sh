@@ -11,6 +11,7 @@
 # The packages that it is built on are those of fuzz/api/package-lock.json, installed under the build folder
 # once. Without node, or where the registry cannot be reached, it is skipped.
 # srnfd-test: slow
+# srnfd-test: once (requests that break something break it with sanitizers)
 . "$(dirname "$0")/../support/lib.sh"
 
 FUZZER=tests/fuzz/api

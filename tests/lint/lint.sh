@@ -13,7 +13,7 @@ BUILD=${SRNFD_BUILD:-build}
 LINT=tests/lint
 COLUMNS_MAX=100
 
-CHECKS='formatting columns c-rules layers core-symbols core-globals refusals headers nan outside paths migrations shell shellcheck lockfile openapi web'
+CHECKS='formatting columns c-rules layers core-symbols core-globals refusals headers nan markers outside paths migrations shell shellcheck lockfile openapi web'
 
 # ---- Files ---------------------------------------------------------------------------------------------
 
@@ -157,6 +157,43 @@ check_headers() {
 check_nan() {
     files 'tests/*.c' 'tests/*.h' | grep -vE '^tests/(paper/|support/compare\.h$)' |
         xargs -r awk -f $LINT/nan.awk /dev/null
+}
+
+# Markers of tests (the head of tests/run.sh): known ones; of tests that make check runs in one build only, with a reason.
+# Who is left out with ASan names tests that are not. Who is left out of the release build leaves nothing out with ASan,
+# which would then run nowhere.
+check_markers() {
+    local file name why other found
+    files 'tests/test_*.c' 'tests/test_*.sh' 'tests/*/test_*.c' 'tests/*/test_*.sh' |
+        xargs -r awk 'FNR > 20 { nextfile } sub(/^[#\/* ]*srnfd-test: /, "") { print FILENAME "\t" $1 "\t" $0 }' /dev/null |
+        sort -u >"$SCRATCH/markers"
+    while IFS=$'\t' read -r file name why; do
+        case $name in
+        release-only | alone | nightly | slow | waits | timeout) continue ;;
+        no-asan | once) ;;
+        *) echo "$file:1: \"$name\" is no marker" && continue ;;
+        esac
+        if ! [[ $why =~ ^[a-z-]+\ \(.+\)( \*/)?$ ]]; then
+            echo "$file:1: $name without a reason in brackets"
+        fi
+        if [ "$name" = once ]; then
+            ! grep -q SRNFD_SANITIZED "$file" || echo "$file:1: is left out of the release build, and leaves out something with ASan"
+            ! grep -qP "^\Q$file\E\t(release-only|no-asan|alone|nightly)\t" "$SCRATCH/markers" ||
+                echo "$file:1: is left out of the release build, and with ASan too"
+            continue
+        fi
+        found=
+        for other in $(grep -oE '[a-z_/]*test_[a-z0-9_]+\.(c|sh)' <<<"$why"); do
+            found=yes
+            [ -f "tests/$other" ] && other=tests/$other || other=${file%/*}/$other
+            if [ ! -f "$other" ]; then
+                echo "$file:1: $other, which is to run its code, is not there"
+            elif grep -qP "^\Q$other\E\t(release-only|no-asan|nightly)\t" "$SCRATCH/markers"; then
+                echo "$file:1: $other, which is to run its code, is left out with ASan, too"
+            fi
+        done
+        [ -n "$found" ] || echo "$file:1: $name without a test that runs its code"
+    done <"$SCRATCH/markers"
 }
 
 # A clone alone runs every test: what lies beside the project serves the benches and the paper only.
