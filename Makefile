@@ -1,7 +1,7 @@
 # srnfd - elastic shape analysis of closed surfaces as a service.
 #
 #   make demo       install what is missing, build, run the main job on real meshes, print what it did
-#   make check      the same set-up, then lint, every test, and every test again under ASan and UBSan
+#   make check      the same set-up, then lint and the tests, as they are and under ASan and UBSan
 #   make run        serve on 127.0.0.1:8080
 #   make            build the daemon, build/srnfd
 #   make install    daemon, library, headers and manual, PREFIX=/usr/local DESTDIR=; make install-python: the client
@@ -12,7 +12,7 @@
 #   make lint       formatting, layers, public headers, shell, OpenAPI
 #   make asan       the tests under ASan and UBSan
 #   make tsan       what has threads under ThreadSanitizer
-#   make nightly    the tests that are too long for make check
+#   make nightly    the tests that are too long for make check, and those that it runs in one build, in the other
 #   make crash      kill -9 under load, CYCLES=50 times
 #   make faults     each write and each allocation fails in turn
 #   make test-slurm the executor slurm on a cluster of its own, as root; not part of make check
@@ -348,11 +348,12 @@ quick:
 	@tests/lint/lint.sh >$(B)/linter.log 2>&1 & SRNFD_QUICK=1 tests/run.sh $(B); tested=$$?; \
 	    wait $$!; linted=$$?; cat $(B)/linter.log; exit $$((tested | linted))
 
-# What make check leaves out because it takes too long: tests marked nightly.
+# What make check leaves out because it takes too long, or runs in the other build alone.
 nightly:
 	@deploy/install-deps.sh --tests
 	@$(MAKE) --no-print-directory -s -j2 build-tests
-	@SRNFD_NIGHTLY=only tests/run.sh $(B)
+	@$(MAKE) --no-print-directory -s -j2 CONFIG=asan build-tests
+	@tests/nightly.sh build build/asan
 
 asan clang:
 	$(MAKE) --no-print-directory -j2 CONFIG=$@ build-tests
@@ -378,7 +379,7 @@ crash: build-tests
 faults: build-tests
 	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_storage
 	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_memory
-	STRIDE=$${STRIDE:-1} tests/run.sh $(B) '^core/.*(allocation|memory)\.c'
+	STRIDE=$${STRIDE:-1} SRNFD_TEST_TIMEOUT=$${SRNFD_TEST_TIMEOUT:-1800} tests/run.sh $(B) '^core/.*(allocation|memory)\.c'
 
 load: $(B)/srnfd $(B)/tests/load/test_load $(B)/tests/load/test_shares $(B)/tests/load/test_express
 	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_load 2>/dev/null

@@ -183,19 +183,22 @@ class Service:
         return answer.json()
 
     def execute(self, process, body, prefer=None):
-        return http_post(self.client._build_url(f'processes/{process}/execution'), body, timeout=60,
+        return http_post(self.client._build_url(f'processes/{process}/execution'), body, timeout=400,
                          headers={'Prefer': prefer} if prefer else None)
 
     def get(self, path):
         return requests.get(self.url + path, timeout=60)
 
     def wait(self, job):
-        for _ in range(1200):
+        for _ in range(3000):  # a busy machine, with sanitizers
             status = self.get(f'/v1/jobs/{job}').json()
             if status['status'] not in ('accepted', 'running'):
                 return status
             time.sleep(0.1)
         return status
+
+
+WAIT = 'wait=300'  # however busy the machine is
 
 
 def make_inputs(service):
@@ -223,7 +226,7 @@ def make_inputs(service):
 
     group = {'surfaces': [a, {'value': b}, link(f'surfaces/{c}')], 'register': {'value': False}}
     pair = {'from': link(f'surfaces/{a}'), 'to': {'value': b}, 'register': False}
-    model = service.execute('pca', {'inputs': {'cohort': link('cohorts/six'), 'register': False}}).json()['model']['id']
+    model = service.execute('pca', {'inputs': {'cohort': link('cohorts/six'), 'register': False}}, WAIT).json()['model']['id']
     return {
         'extract': {'volume': link(f'volumes/{volume}'), 'labels': [1]},
         'encode': {'mesh': link(f'meshes/{mesh}'), 'lmax': {'value': 6}},
@@ -251,7 +254,7 @@ def make_inputs(service):
         'classify-parts': {'cohort': link('cohorts/parts'), 'method': 'srnf-nn'},
         'classify': {'cohort': 'six', 'method': 'srnf-nn'},
         'train': kept,
-        'predict': {'model': service.execute('train', {'inputs': kept}).json()['model']['id'], 'surfaces': [a]},
+        'predict': {'model': service.execute('train', {'inputs': kept}, WAIT).json()['model']['id'], 'surfaces': [a]},
         'report': {'cohort': link('cohorts/six'), 'modes': 1},
         'shoot': {'surface': a, 'velocity': {'value': {'toward': b}}, 'times': [0.5], 'register': False},
         'transport': {**pair, 'vector': {'toward': c}},

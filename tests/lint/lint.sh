@@ -101,18 +101,11 @@ FORBIDDEN_MEMORY='malloc|calloc|realloc|reallocarray|free|aligned_alloc|posix_me
 
 # The compiler may put fortified or versioned names (__printf_chk, __isoc99_sscanf) for the plain ones.
 check_core-symbols() {
-    local object plain="$FORBIDDEN_IO|$FORBIDDEN_STATE|$FORBIDDEN_LOCALE" names
+    local plain="$FORBIDDEN_IO|$FORBIDDEN_STATE|$FORBIDDEN_LOCALE"
     core_objects >"$SCRATCH/built" || echo 'core: does not compile'
-    while IFS= read -r object; do
-        names=$plain
-        case $object in
-        */core/memory.o) ;;
-        *) names="$plain|$FORBIDDEN_MEMORY" ;;
-        esac
-        nm -u "$object" | sed 's/^ *[Uw] //; s/@.*//' |
-            sed -n -E "s/^((__)?(isoc[0-9]+_)?($names)(_chk)?)\$/\1/p" |
-            sed "s|^|${object#"$BUILD"/obj/}: calls |"
-    done <"$SCRATCH/built"
+    xargs -r nm -uA <"$SCRATCH/built" | sed -E "s|^$BUILD/obj/||; s/: +[Uw] /: calls /; s/@.*//" >"$SCRATCH/calls"
+    grep -E ": calls (__)?(isoc[0-9]+_)?($plain)(_chk)?\$" "$SCRATCH/calls"
+    grep -E ": calls (__)?(isoc[0-9]+_)?($FORBIDDEN_MEMORY)(_chk)?\$" "$SCRATCH/calls" | grep -v '^core/memory\.o:'
 }
 
 # No mutable data: neither initialized nor zeroed nor of a thread. Tables of pointers that are constant
