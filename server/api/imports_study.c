@@ -18,6 +18,7 @@
 #include "store/cohort.h"
 
 #define MANIFEST_MAX ((size_t)64 << 20)
+#define SOURCE_MAX 4096 /* bytes of what made a mesh */
 
 static const char *const kinds[] = {"volumes", "meshes", "surfaces", "models", "jobs"};
 
@@ -65,6 +66,24 @@ bool import_take_manifest(struct import *import, const struct import_given *give
     return true;
 }
 
+/* Whether this is what a service tells of a mesh that a job made, or "": nothing proves it, so it
+   must at least have the form. */
+static bool is_source(const struct import *import, const char *text)
+{
+    static const char *const names[] = {"job", "mesh", "surface", "volume"};
+    json_t *source = strlen(text) <= SOURCE_MAX ? json_loads(text, 0, NULL) : NULL;
+    const char *process = json_string_value(json_object_get(source, "process"));
+    bool good = !*text || (process && api_process_find(import->call->api, process));
+
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        const json_t *one = json_object_get(source, names[i]);
+
+        good = good && (!one || json_is_null(one) || json_is_string(one));
+    }
+    json_decref(source);
+    return good;
+}
+
 bool import_take_study(struct import *import, struct import_given *given)
 {
     const json_t *record = json_object_get(import->by_path, given->path);
@@ -87,6 +106,10 @@ bool import_take_study(struct import *import, struct import_given *given)
         import->format = json_string_value(json_object_get(record, "format"));
         import->name = json_string_value(json_object_get(record, "name"));
         import->source = json_string_value(json_object_get(record, "source"));
+        if (import->source && !is_source(import, import->source)) {
+            import_refuse(import, given->path, "not-as-described", IMPORT_CHANGED);
+            return true;
+        }
         return false;
     }
     if (!jobs_memory_charge(jobs_memory_current(), given->size)) {

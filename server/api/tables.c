@@ -60,8 +60,8 @@ void csv_text(FILE *out, bool first, const char *text)
     if (!first) {
         (void)fputc(',', out);
     }
-    if (!text[strcspn(text, "\",\r\n")]) {
-        (void)fputs(text, out);
+    if (!text || !text[strcspn(text, "\",\r\n")]) {
+        (void)fputs(text ? text : "", out);
         return;
     }
     (void)fputc('"', out);

@@ -165,6 +165,10 @@ edited '.jobs[0].numericBuild += "0"'
 is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor another numeric build'
 edited '.jobs[0].tags = "[7]"'
 is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor is a tag that is a number'
+for source in '[]' '{"process":"mirror","volume":[]}' '{"process":"none"}' "{\"process\":\"mirror\",\"note\":\"$(printf '%5000s')\"}"; do
+    edited ".meshes[0].source = $(jq -Rs . <<<"$source")"
+    is "$STATUS $(json '.refused[0].code')" '422 not-as-described' "nor is what made a mesh, ${source:0:32}"
+done
 job=$(jq -r '.jobs[0].file' "$SCRATCH/open/srnfd-study.json")
 edited . "$job"
 is "$STATUS $(json '[.refused[] | "\(.file) \(.code)"] | join(" ")')" "422 $job no-such-file" 'results that are missing are named'
@@ -177,6 +181,21 @@ post /v1/imports --data-binary "@$SCRATCH/model.zip" --header 'Content-Type: app
 is "$STATUS $(json '"\(.cohort) \(.restored.models)"')" '201 null 1' 'a model is restored by itself'
 get "/v1/models/$MODEL/scores?format=csv"
 is "$STATUS" 200 'with its scores'
+
+# Results have a digest that anybody can write anew: what they hold proves nothing, and may not be what the service makes.
+file=$(jq -r '.jobs[] | select(.process == "distances").file' "$SCRATCH/open/srnfd-study.json")
+rm -rf "$SCRATCH/edit" "$SCRATCH/edit.zip"
+cp -r "$SCRATCH/open" "$SCRATCH/edit"
+jq -c '.labels |= map(null)' "$SCRATCH/open/$file" >"$SCRATCH/edit/$file"
+jq --arg digest "$(sha256sum "$SCRATCH/edit/$file" | cut -d ' ' -f 1)" '.jobs |= map(if .process == "distances" then .sha256 = $digest else . end)' \
+    "$SCRATCH/open/srnfd-study.json" >"$SCRATCH/edit/srnfd-study.json"
+(cd "$SCRATCH/edit" && zip -q -r ../edit.zip srnfd-study.json meshes surfaces models jobs)
+post /v1/imports --data-binary "@$SCRATCH/edit.zip" --header 'Content-Type: application/zip'
+like "$STATUS" '^20' 'results may have no labels'
+get "/v1/jobs/$(jq -r '.jobs[] | select(.process == "distances").id' "$SCRATCH/open/srnfd-study.json")/results?format=csv"
+is "$STATUS $(head -n 1 "$BODY" | tr -cd , | wc -c)" '200 6' 'and then have a table without'
+get /healthz
+is "$STATUS" 200 'and the service goes on'
 
 # ---- By two owners of one server ---------------------------------------------------------------------
 
