@@ -954,7 +954,7 @@ export interface components {
         Bytes: string;
         Warning: {
             /** @enum {string} */
-            code: "closed-form-inapplicable" | "column-is-text" | "components-missing" | "coordinates-coarse" | "covariates-collinear" | "duplicate-content" | "encoding-poor" | "extrapolated" | "far-from-group" | "far-from-model" | "few-subjects" | "label-at-border" | "landmark-off-surface" | "landmarks-raise-distance" | "mean-not-converged" | "members-not-compared" | "mirror-images" | "mixed-degrees" | "mixed-routes" | "mixed-units" | "model-uncalibrated" | "near-duplicates" | "no-label-column" | "not-reached" | "p-floor" | "parameters-not-registered" | "path-jumps" | "pose-differs" | "registration-ambiguous" | "registration-distorted" | "registration-not-converged" | "registration-truncated" | "self-crossing" | "shapes-omitted" | "slope-odd" | "slope-reversed" | "spans-differ" | "surface-flat" | "surface-inside-out" | "topology-changed" | "training-subject" | "transform-not-applied" | "visits-coincide" | "visits-exchanged" | "visits-off-line";
+            code: "closed-form-inapplicable" | "column-is-text" | "components-missing" | "coordinates-coarse" | "covariates-collinear" | "duplicate-content" | "encoding-poor" | "extrapolated" | "far-from-group" | "far-from-model" | "few-replicates" | "few-subjects" | "label-at-border" | "landmark-off-surface" | "landmarks-raise-distance" | "mean-not-converged" | "members-not-compared" | "mirror-images" | "mixed-degrees" | "mixed-routes" | "mixed-units" | "model-uncalibrated" | "near-duplicates" | "no-label-column" | "not-reached" | "p-floor" | "parameters-not-registered" | "path-jumps" | "pose-differs" | "registration-ambiguous" | "registration-distorted" | "registration-not-converged" | "registration-truncated" | "self-crossing" | "shapes-omitted" | "slope-odd" | "slope-reversed" | "spans-differ" | "surface-flat" | "surface-inside-out" | "topology-changed" | "training-subject" | "transform-not-applied" | "visits-coincide" | "visits-exchanged" | "visits-off-line";
             detail: string;
             figures?: Record<string, unknown>;
         };
@@ -2289,6 +2289,10 @@ export interface components {
             /** @enum {unknown} */
             covariance?: "auto" | "pooled" | "class";
             /** @enum {unknown} */
+            scale?: "shape" | "shape-and-size";
+            covariates?: string[];
+            sizeWeight?: number;
+            /** @enum {unknown} */
             priors?: "cohort" | "equal";
             commonPose?: boolean;
             lmax?: number;
@@ -2298,6 +2302,7 @@ export interface components {
             validation?: Record<string, unknown>;
             perSubject?: Record<string, unknown>[];
             classes?: string[];
+            features?: string[];
             refitted?: string[];
             members?: number;
             subjects?: number;
@@ -2322,6 +2327,9 @@ export interface components {
             priors?: {
                 [key: string]: number;
             } | null;
+            covariates?: {
+                [key: string]: number | boolean;
+            }[] | null;
             /** @enum {unknown} */
             handedness?: "check" | "ignore";
         };
