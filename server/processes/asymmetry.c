@@ -37,7 +37,7 @@ static const struct process_output outputs[] = {
      "(standard deviation of a subject's difference of sides about their mean, without error), "
      "measured (that of one measurement) and repeatability (share of the former in the variance of "
      "a difference of two measurements), each {value, interval}, the lengths in L2 of SRNFs}; "
-     "intervals are null where fewer than 5 subjects were measured repeatedly. The "
+     "the ends of intervals are null where fewer than 5 subjects were measured repeatedly. The "
      "differences of the sides above are those of the means of their measurements. null: one "
      "each."},
     PAIRED_OUTPUTS("asymmetry", "the sides of a subject"),

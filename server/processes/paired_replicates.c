@@ -66,10 +66,8 @@ static void fill_sizes(struct jobs_run *run, const struct paired *asked,
 
 static json_t *estimate_json(const struct srnf_estimate *estimate)
 {
-    const double *interval = estimate->interval;
-
     return json_pack("{s:o, s:o}", "value", json_finite(estimate->value), "interval",
-                     isnan(interval[0]) ? json_null() : json_vector(interval, 2));
+                     json_vector(estimate->interval, 2));
 }
 
 static json_t *test_json(size_t measurements, const struct srnf_asymmetry_test *found)

@@ -237,7 +237,7 @@ is "$(json '.replicates.repeated') $(json '[.warnings[].code] | index("few-repli
 cohort measured '[.apart[] | select(.covariates.replicate == 1 or .subject < "s4")]'
 run asymmetry measured
 is "$STATUS $(json '.replicates | [.repeated, .f.interval, .fluctuating.interval, .measured.interval, .repeatability.interval] | tojson')" \
-    '200 [4,null,null,null,null]' 'which four are not'
+    '200 [4,[null,null],[null,null],[null,null],[null,null]]' 'which four are not'
 is "$(json '[.warnings[] | select(.code == "few-replicates") | .figures | [.subjects, .needed]] | tojson')" '[[4,5]]' 'and are told so'
 cohort sides .sides
 run asymmetry sides
