@@ -27,16 +27,17 @@
  *
  * Intervals draw subjects with their measurements (paired_bootstrap.c), those with a side that is
  * measured repeatedly and the others apart, so that each sample has as many that tell of the error;
- * those of F and of mean squares are of log-normal kind. The share 1 / (1 + 2 E / V) follows from F.
- * With i and e the squared lengths from the mean squares I and E to the ends of their intervals, V
- * has
+ * those of F and of mean squares are of log-normal kind. The share 1 / (1 + 2 E / V) follows from
+ * F. With i and e the squared lengths from the mean squares I and E to the ends of their intervals,
+ * V has
  *
  *     (I - E -+ sqrt(i + e)) / w,
  *
  * with the lower end of I and the upper of E below, the others above (F. Graybill, C.-M. Wang,
  * "Confidence intervals on nonnegative linear combinations of variances", 1980; N. Ting et al.,
  * "Confidence intervals on linear combinations of variance components that are unrestricted in
- * sign", 1990). How E varies between fewer than 5 subjects no drawing tells: there are no intervals.
+ * sign", 1990). How E varies between fewer than 5 subjects no drawing tells: there are no
+ * intervals.
  */
 #include "paired.h"
 

@@ -185,8 +185,8 @@ struct srnf_train_options srnf_train_options_defaults(void);
 
 #define SRNF_TRAIN_SUBJECTS_MIN 5 /* of each class */
 /* Features, components and other numbers, that the training subjects of any inner fold determine,
-   from the subjects of each class. pooled: of one covariance for all classes; open: where a choice inside leaves out one
-   more. */
+   from the subjects of each class. pooled: of one covariance for all classes; open: where a choice
+   inside leaves out one more. */
 size_t srnf_train_determined(size_t classes, const size_t *counts, bool pooled, bool open);
 
 struct srnf_trained {
@@ -244,7 +244,7 @@ struct srnf_class_prediction {
 
 /*
  * Asks a classifier about n surfaces: each is normalized and registered to the template.
- *   features       [in]  [n][features of the classifier], the numbers beside shape; NULL: it has none
+ *   features       [in]  [n][features of the classifier] numbers beside shape; NULL: it has none
  *   priors         [in]  [classes]; NULL: those of the classifier
  *   predictions    [out] [n]
  *   evidence       [out] [n][classes]
