@@ -36,8 +36,8 @@ export const isFlipped = (map: Map3): boolean => /significance|fdr|pvalue/i.test
 /** The colour of a share of the range of a map. */
 export const colourOf = (map: Map3, share: number): string => colourText(map.scale, isFlipped(map) ? 1 - share : share);
 
-/** Of a map as people write it. Lengths are in the unit of the files, which is taken to be the millimetre. */
-export const unitOf = (field: Field): string => (field.unit === 'length' ? 'mm' : field.unit && field.unit !== '1' ? field.unit : '');
+/** Of a map as people write it. A length is that of the shapes that were compared: in the units of the files, or of shapes of unit area. */
+export const unitOf = (field: Field): string => (field.unit === 'length' ? 'units of the shape' : field.unit && field.unit !== '1' ? field.unit : '');
 const NAMES: Record<string, string> = { significance: 'p, corrected for all points', fdr: 'false discovery rate', zScore: 'z score', lmax: 'degree' };
 export const nameOfMap = (name: string): string => NAMES[name] ?? name.replace(/([a-z0-9])([A-Z])/g, '$1 $2').toLowerCase();
 

@@ -279,7 +279,7 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
                     {!isFlipped(map) && map.scale === 'signed' && <p class="quiet">Grey: what is nearer to 0, of either sign.</p>}
                 </details>
             )}
-            {map && <p class="quiet">{here === undefined ? 'Point at the shape to read the map.' : `Here ${figure(map.field.values[here])}${unitOf(map.field) ? ` ${unitOf(map.field)}` : ''}, vertex ${here}.`}</p>}
+            {map && <p class="quiet">{here === undefined ? 'Point at the shape to read the map.' : `Here ${figure(map.field.values[here])}${unitOf(map.field) ? ` (${unitOf(map.field)})` : ''}, vertex ${here}.`}</p>}
             {placing && (
                 <div>
                     <div class="actions">
