@@ -129,8 +129,14 @@ const textOf = (value: unknown): string => value === undefined || value === null
 
 interface Choices { cohorts: string[]; models: { id: string; text: string }[]; shapes: { id: string; name: string }[]; volumes: { id: string; name: string }[] }
 
+const CHOICES_MAX = 2000; // of each kind, the last ones
+
 async function choicesFor(kinds: Kind[]): Promise<Choices> {
-    const some = async <N extends api.List>(wanted: boolean, name: N): Promise<api.Item<N>[]> => (wanted ? (await api.list(name, { limit: 200 })).items : []);
+    const some = async <N extends api.List>(wanted: boolean, name: N): Promise<api.Item<N>[]> => {
+        let found: api.Item<N>[] = [];
+        if (wanted) await api.listAll(name, (items) => { found = items; }, () => found.length >= CHOICES_MAX);
+        return found;
+    };
     const shapes = kinds.some((k) => ['shape', 'shapes', 'within', 'parts'].includes(k));
     const [cohorts, models, volumes, meshes, surfaces] = await Promise.all([
         some(kinds.includes('cohort'), 'cohorts'), some(kinds.includes('model'), 'models'),
