@@ -222,7 +222,8 @@ def make_inputs(service):
     ten = [service.send('/v1/surfaces', json=coefficients(0.3 * i))['id'] for i in range(10)]
     service.send('/v1/cohorts', json={'name': 'ten', 'members': [
         {'id': one, 'label': 'pr'[i % 2]} for i, one in enumerate(ten)]})
-    kept = {'cohort': 'ten', 'method': 'srnf-nn'}
+    light = {'method': 'srnf-nn', 'commonPose': True}  # searches of a registration are not its concern
+    kept = {'cohort': 'ten', **light}
 
     group = {'surfaces': [a, {'value': b}, link(f'surfaces/{c}')], 'register': {'value': False}}
     pair = {'from': link(f'surfaces/{a}'), 'to': {'value': b}, 'register': False}
@@ -251,8 +252,8 @@ def make_inputs(service):
         'asymmetry': pairs,
         'pca-parts': {'cohort': link('cohorts/pairs'), 'register': False, 'modes': 0},
         'trajectories': pairs,
-        'classify-parts': {'cohort': link('cohorts/parts'), 'method': 'srnf-nn'},
-        'classify': {'cohort': 'six', 'method': 'srnf-nn'},
+        'classify-parts': {'cohort': link('cohorts/parts'), **light},
+        'classify': {'cohort': 'six', **light},
         'train': kept,
         'predict': {'model': service.execute('train', {'inputs': kept}, WAIT).json()['model']['id'], 'surfaces': [a]},
         'report': {'cohort': link('cohorts/six'), 'modes': 1},
