@@ -96,7 +96,8 @@ static int match_sphere(const struct likeness_run *l, double *distance, double *
 static int add_match(const struct likeness_run *l, bool rotates, bool mirrors, double share,
                      struct compute_match *match, struct srnf_error *error)
 {
-    double plain, mirrored, unturned, angle, on_sphere, sphere_angle = INFINITY;
+    double plain = 0.0, unturned = 0.0, angle = 0.0;
+    double mirrored, on_sphere, sphere_angle = INFINITY;
     int status = match_ends(l, &plain, &unturned, &angle, error);
 
     on_sphere = unturned;
