@@ -5,11 +5,11 @@
  *
  *   bench_tasks [THREADS MILLISECONDS]   one row of the second table alone
  *
- * A row is one job of `distances`, whose pairs are tasks, or blocks of them where they are many. The
- * first table has tasks of one
- * second exactly: how long one to six workers take, and how much longer than that is without what
- * comes between two tasks. The second has as many tasks as come: for each the processor time of the
- * daemon, what goes over the network, and what is written to the disk.
+ * A row is one job of `distances`, whose pairs are tasks, or blocks of them where they are many.
+ * The first table has tasks of one second exactly: how long one to six workers take, and how much
+ * longer than that is without what comes between two tasks. The second has as many tasks as come:
+ * for each the processor time of the daemon, what goes over the network, and what is written to the
+ * disk.
  */
 #include <setjmp.h>
 #include <stdarg.h>

@@ -386,7 +386,7 @@ static bool stops(void *user)
     return true;
 }
 
-/* As a worker returns that computes wrong, or makes numbers up: they are finite, and no rotation. */
+/* As a worker returns that computes wrong, or makes numbers up: finite, and no rotation. */
 static void what_is_no_rotation_is_told(void **state)
 {
     static const double bad[][9] = {{2, 0, 0, 0, 2, 0, 0, 0, 2},
