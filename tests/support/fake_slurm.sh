@@ -114,18 +114,19 @@ resources() { # ID
 }
 
 list() { # ARGUMENTS..
-    local argument names='' element array name reason id=''
+    local argument names='' element array name reason id='' asks=''
     for argument; do
         case $argument in
         --jobs=*) id=${argument#--jobs=} ;;
-        tres-alloc*)
-            resources "$id"
-            return
-            ;;
+        tres-alloc*) asks=resources ;;
         --name=*) names=,${argument#--name=}, ;;
         --me) names=all ;;
         esac
     done
+    if [ -n "$asks" ]; then
+        resources "$id"
+        return
+    fi
     schedule
     for element in "$STATE"/*/*/; do
         element=${element%/}
