@@ -263,9 +263,13 @@ static void put_estimate(FILE *out, const char *name, const json_t *estimate)
     (void)fprintf(out, "<tr><th scope=\"row\">%s</th><td>", name);
     report_scalar(out, json_object_get(estimate, "value"));
     (void)fputs("</td><td>", out);
-    report_scalar(out, json_array_get(interval, 0));
-    (void)fputs(" to ", out);
-    report_scalar(out, json_array_get(interval, 1));
+    if (json_is_null(json_array_get(interval, 0)) && json_is_null(json_array_get(interval, 1))) {
+        (void)fputs("unknown", out);
+    } else {
+        report_scalar(out, json_array_get(interval, 0));
+        (void)fputs(" to ", out);
+        report_scalar(out, json_array_get(interval, 1));
+    }
     (void)fputs("</td></tr>", out);
 }
 

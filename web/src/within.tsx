@@ -12,8 +12,11 @@ import { figure, plural } from './ui';
 const UNIT = 'mm';
 
 type Estimate = api.Outputs<'change'>['change'];
-const estimate = (e: Estimate): string => `${figure(e.value)} ${UNIT} (95 %: ${e.interval.map((v) => figure(v)).join(' to ')})`;
-const share = (e: Estimate): string => `${e.value === null ? '–' : Math.round(100 * e.value)} % (95 %: ${e.interval.map((v) => Math.round(100 * v)).join(' to ')} %)`;
+/** Ends are unknown where few subjects were measured repeatedly. */
+const ends = (interval: (number | null)[], unit = '', digits = (v: number): string => figure(v)): string =>
+    interval.every((v) => v === null) ? 'no interval' : `95 %: ${interval.map((v) => v === null ? 'unknown' : digits(v)).join(' to ')}${unit}`;
+const estimate = (e: Estimate): string => `${figure(e.value)} ${UNIT} (${ends(e.interval)})`;
+const share = (e: Estimate): string => `${e.value === null ? '–' : Math.round(100 * e.value)} % (${ends(e.interval, ' %', (v) => `${Math.round(100 * v)}`)})`;
 
 const beside = (name: string) => [
     { name: 'normalEffect', text: `${name} outwards`, unit: UNIT }, { name: 'effect', text: `length of the ${name}`, unit: UNIT },
@@ -27,13 +30,13 @@ function Replicates({ of, subjects }: { of: Record<string, any>; subjects: numbe
     return (
         <section aria-label="Repeated measurements">
             <h2>Repeated measurements</h2>
-            <p class="big">F = {figure(of.f.value)} <span class="quiet">(95 %: {of.f.interval.map((v: number) => figure(v)).join(' to ')}), p {of.pValueIsFloor ? '≤' : '='} {figure(of.pValue)}, {of.permutations.toLocaleString('en')} permutations of measurements within subjects</span></p>
+            <p class="big">F = {figure(of.f.value)} <span class="quiet">({ends(of.f.interval)}), p {of.pValueIsFloor ? '≤' : '='} {figure(of.pValue)}, {of.permutations.toLocaleString('en')} permutations of measurements within subjects</span></p>
             <p>{of.pValue <= 0.05 ? 'The sides of a subject differ by more than measurements of one side do: its fluctuating asymmetry is no error of measurement.'
                 : 'That the sides of a subject differ by more than measurements of one side do was not shown: its fluctuating asymmetry may be error of measurement.'}
                 {' '}Of the variance of a difference of two measurements {share(of.repeatability)} is the subject's own.</p>
             <div class="split">
                 <Amounts title="Fluctuating asymmetry and error of measurement" name="replicates" unit="L2 of SRNFs" rows={[['without error', of.fluctuating], ['one measurement', of.measured]]
-                    .filter(([, e]) => typeof e.value === 'number').map(([name, e]) => ({ name, value: e.value, low: e.interval[0], high: e.interval[1] }))} />
+                    .filter(([, e]) => typeof e.value === 'number').map(([name, e]) => ({ name, value: e.value, low: e.interval[0] ?? e.value, high: e.interval[1] ?? e.value }))} />
                 <div>
                     <DataTable rows={[['source', 'mean square', 'degrees of freedom'], ['individual', of.individual, subjects - 1], ['side', of.side, 1], ['individual by side', of.interaction, between], ['error of measurement', of.error, within]]} />
                     <p class="quiet">Of {plural(of.measurements, 'measurement')}. All else on this page is of the means of the measurements of a side.</p>
