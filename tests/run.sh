@@ -26,10 +26,10 @@
 #   srnfd-test: timeout N       may take N seconds instead of 300 (twice that in sanitizer builds)
 #
 # Environment: SRNFD_NIGHTLY ("only": what make check leaves out of this build and nothing else: of a release build the
-# tests marked nightly or once, of one with ASan those marked no-asan), SRNFD_ONCE (leave out those marked once),
-# SRNFD_QUICK (leave out those marked slow or alone), SRNFD_ALONE ("no" or "only" those marked alone), SRNFD_TEST_JOBS
-# (one more than processors, at least 3), SRNFD_TEST_PLACES (a named pipe with a byte for each test that may run at a
-# time, for several runs that share them), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this folder).
+# tests marked nightly or once, of one with ASan those marked no-asan), SRNFD_ONCE (leave out those marked once, except
+# with ASan), SRNFD_QUICK (leave out those marked slow or alone), SRNFD_ALONE ("no" or "only" those marked alone),
+# SRNFD_TEST_JOBS (one more than processors, at least 3), SRNFD_TEST_PLACES (a named pipe with a byte for each test that
+# may run at a time, for several runs that share them), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this folder).
 # Each report tells how long the test took and, in brackets, its processor time, which says more on a busy machine;
 # the ten that needed most of it are listed at the end.
 # The last line reads "N passed, M failed"; the exit status is 1 if M > 0.
@@ -112,7 +112,7 @@ left_out() { # SOURCE
         return
     fi
     marker "$1" nightly || marker "$1" $missed ||
-        { [ -n "${SRNFD_ONCE:-}" ] && marker "$1" once; } ||
+        { [ -n "${SRNFD_ONCE:-}" ] && [ "$SRNFD_SANITIZED" != asan ] && marker "$1" once; } ||
         { [ -n "${SRNFD_QUICK:-}" ] && { marker "$1" slow || marker "$1" alone; }; } ||
         { [ "${SRNFD_ALONE:-}" = no ] && marker "$1" alone; } ||
         { [ "${SRNFD_ALONE:-}" = only ] && ! marker "$1" alone; }

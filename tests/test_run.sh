@@ -251,6 +251,10 @@ run 'test_once|test_pass'
 is "$LAST" '3 passed, 0 failed' 'what need not run in both builds runs'
 SRNFD_ONCE=yes run 'test_once|test_pass'
 is "$LAST" '2 passed, 0 failed' 'but not where the other build has it'
+echo '__asan_init' >"$FAKE/build/srnfd"
+SRNFD_ONCE=yes run 'test_once|test_pass'
+is "$LAST" '3 passed, 0 failed' 'which is the one with ASan'
+rm "$FAKE/build/srnfd"
 SRNFD_NIGHTLY=only run 'test_once|test_pass|test_elsewhere'
 is "$LAST" '1 passed, 0 failed' 'and by night'
 
