@@ -17,8 +17,8 @@ enum table_form { TABLE_JSON, TABLE_CSV, TABLE_NPY };
 bool table_choose(struct api_call *call, enum table_form *form);
 const char *table_form_name(enum table_form form);
 
-/* One field of a line, quoted where it has to be, empty for NULL; a separator before it unless it is
-   the first. */
+/* One field of a line, quoted where it has to be, empty for NULL; a separator before it unless it
+   is the first. */
 void csv_text(FILE *out, bool first, const char *text);
 void csv_number(FILE *out, bool first, double value);
 void csv_end_line(FILE *out);

@@ -8,9 +8,10 @@
  * it, or with the daemon. Of more than JOBS_BARS_MAX bars the oldest ends.
  *
  * A token's leases are as many as its results have earned: CREDIT_FIRST, two more for each result
- * that was taken, and fewer for each lease that was lost; one given back costs nothing. So a token that holds tasks and
- * brings nothing holds few, and workers that compute double their number with each task. Whoever
- * needs no token, and the pilots, which are the service's own, are held to their slots alone.
+ * that was taken, and fewer for each lease that was lost; one given back costs nothing. So a token
+ * that holds tasks and brings nothing holds few, and workers that compute double their number with
+ * each task. Whoever needs no token, and the pilots, which are the service's own, are held to their
+ * slots alone.
  *
  * All of it is guarded by remotes.mutex, which callers hold.
  */

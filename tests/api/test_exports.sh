@@ -165,7 +165,7 @@ edited '.jobs[0].numericBuild += "0"'
 is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor another numeric build'
 edited '.jobs[0].tags = "[7]"'
 is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor is a tag that is a number'
-for source in '[]' '{"process":"mirror","volume":[]}' '{"process":"none"}' "{\"process\":\"mirror\",\"note\":\"$(printf '%5000s')\"}"; do
+for source in '[]' '{"process":"mirror","volume":[]}' '{"process":"none"}' "{\"process\":\"mirror\",\"note\":\"$(printf '%5000s' '')\"}"; do
     edited ".meshes[0].source = $(jq -Rs . <<<"$source")"
     is "$STATUS $(json '.refused[0].code')" '422 not-as-described' "nor is what made a mesh, ${source:0:32}"
 done
