@@ -89,9 +89,9 @@ start_server "$DATA" --workers 2 --executor workers --lease-seconds 2 --verify-t
 is "$(surfaces)" "$(jq -c .surfaces <<<"$INPUTS")" 'the same surfaces'
 post_json /v1/leases '{"worker":"w","host":"h","cpu":"c","slots":1,"numericBuild":"srnf of long ago","wait":0}'
 is_problem 409 build-mismatch 'a worker of another build is refused'
-start_worker --idle-seconds 3 --cache "$SCRATCH/cache"
+start_worker --idle-seconds 8 --cache "$SCRATCH/cache"
 FIRST=$WORKER_PID
-start_worker --idle-seconds 3
+start_worker --idle-seconds 8
 SECOND=$WORKER_PID
 execute distances "$INPUTS" --header 'Prefer: wait=100'
 is "$(json '.matrix | tojson')" "$LOCAL" 'two workers: the same bits'
