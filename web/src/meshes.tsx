@@ -139,7 +139,7 @@ export function Meshes() {
                     columns={[
                         { title: 'Chosen', hidden: true, width: '2.2rem' }, { title: 'Name', by: (m) => m.name || m.id }, { title: 'Faces', width: '5.5rem', by: (m) => m.faces }, { title: 'Size', width: '5rem', by: (m) => m.bytes },
                         { title: 'Route', width: '5rem', by: (m) => m.report.route }, { title: 'Star margin', width: '8rem', by: (m) => m.report.starShaped?.margin },
-                        { title: 'Fit', width: '5rem', by: (m) => fits.get(m.id) }, { title: 'Repairs', by: (m) => m.report.repairs.length || null }, { title: 'Problem', by: (m) => m.report.problems[0]?.code }, { title: 'Repair', hidden: true, width: '6rem' },
+                        { title: 'Fit', width: '5rem', by: (m) => fits.get(m.id) }, { title: 'Repairs' }, { title: 'Problem', by: (m) => m.report.problems[0]?.code }, { title: 'Repair', hidden: true, width: '6rem' },
                     ]}
                     row={(m) => [
                         <input type="checkbox" checked={chosen.has(m.id)} onChange={() => toggle(m.id)} aria-label={`Choose ${m.name || m.id}`} />,
