@@ -63,8 +63,10 @@ static void clear_covariates(void *member)
 }
 
 const struct input_own predict_covariates = {
-    .schema = "\"type\":[\"array\",\"null\"],\"items\":{\"type\":\"object\","
-              "\"additionalProperties\":{\"type\":[\"number\",\"boolean\"]}},\"default\":null",
+    .schema =
+        "\"type\":[\"array\",\"null\"],\"items\":{\"type\":\"object\","
+        "\"additionalProperties\":{\"oneOf\":[{\"type\":\"number\"},{\"type\":\"boolean\"}]}},"
+        "\"default\":null",
     .read = read_covariates,
     .type = type_covariates,
     .clear = clear_covariates,
