@@ -50,6 +50,7 @@
 #define BOOTSTRAPS_MIN ((size_t)100)
 #define BOOTSTRAPS_MAX ((size_t)100000)
 #define BLOCK ((size_t)32)
+#define ROUNDING 1e-12                /* of a mean square, beside the others */
 #define PERMUTING (UINT64_C(1) << 42) /* of the first permutation: beyond those of other draws */
 #define DRAWING (UINT64_C(1) << 43)   /* and of the first sample of subjects */
 
@@ -323,7 +324,7 @@ static int observe(struct measured_run *run, struct srnf_error *error)
     out->individual = individuals_of(run) / (double)(run->count - 1);
     out->interaction = between / (double)out->freedom[0];
     out->error = fmax(inside - between, 0.0) / (double)out->freedom[1];
-    if (!(out->error > 0.0 && isfinite(out->error))) {
+    if (!(out->error > ROUNDING * (out->individual + out->interaction) && isfinite(out->error))) {
         return srnf_fail(error, SRNF_EDEGENERATE, -1,
                          "repeated measurements are all equal: they have no error");
     }

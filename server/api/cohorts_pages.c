@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "api/json_memory.h"
 #include "api/respond.h"
@@ -167,6 +168,20 @@ static void write_value(FILE *out, const json_t *value)
 static const char *const columns[] = {"id", "label", "subject", "time", "side", "mirror"};
 #define COLUMNS (sizeof columns / sizeof columns[0])
 
+/* The head of a covariate's column. One that is called as another column is, or has no name, is
+   told apart: readers of CSV would take the second of two columns for the first. */
+static void write_head(FILE *out, const char *name)
+{
+    char text[4 * COHORT_TEXT_MAX + 16];
+    bool taken = !*name;
+
+    for (size_t i = 0; i < COLUMNS; i++) {
+        taken = taken || strcasecmp(name, columns[i]) == 0;
+    }
+    (void)snprintf(text, sizeof text, "%s%s", taken ? "covariate " : "", name);
+    csv_text(out, false, text);
+}
+
 static void write_page(FILE *out, const struct store_cohort *cohort, const struct page *page)
 {
     json_t *names = covariate_names(cohort, page), *member, *value;
@@ -178,7 +193,7 @@ static void write_page(FILE *out, const struct store_cohort *cohort, const struc
     }
     json_object_foreach(names, name, value)
     {
-        csv_text(out, false, name);
+        write_head(out, name);
     }
     csv_end_line(out);
     while ((page->limit == 0 || written < page->limit) &&

@@ -155,14 +155,20 @@ static bool check_numbers(const struct study_table *table, size_t column,
     return true;
 }
 
-/* The place of a column with a meaning of its own; NULL: it is a covariate. */
+/* The place of a column with a meaning of its own; NULL: it is a covariate. participant_id is what
+   BIDS calls subjects: scans of one that passed for several would make p-values too good. */
 static size_t *place_of(struct study_table *table, const char *name, const char *key)
 {
     const struct {
         const char *name;
         size_t *column;
-    } places[] = {{key, &table->key},     {"label", &table->label}, {"subject", &table->subject},
-                  {"time", &table->time}, {"side", &table->side},   {"mirror", &table->mirror}};
+    } places[] = {{key, &table->key},
+                  {"label", &table->label},
+                  {"subject", &table->subject},
+                  {"time", &table->time},
+                  {"side", &table->side},
+                  {"mirror", &table->mirror},
+                  {"participant_id", &table->subject}};
 
     for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
         if (strcasecmp(name, places[i].name) == 0) {
@@ -203,6 +209,9 @@ static bool read_head(struct study_table *table, const char *key,
             if (head[i][0] && strcasecmp(head[i], head[j]) == 0) {
                 return wrong(problem, "there are two columns %.80s", head[i]);
             }
+        }
+        if (place && *place != STUDY_NO_COLUMN) {
+            return wrong(problem, "%.80s and %.80s are both the subject", head[*place], head[i]);
         }
         if (place) {
             *place = i;

@@ -20,6 +20,7 @@ static const char *const codes[] = {
     "column-is-text",
     "components-missing",
     "coordinates-coarse",
+    "covariate-far",
     "covariates-collinear",
     "duplicate-content",
     "encoding-poor",

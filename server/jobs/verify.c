@@ -86,13 +86,21 @@ bool jobs_verify(struct jobs_run *run, const struct jobs_open_round *round, size
     char why[160];
     bool barred = false;
     /* Of a worker that was found false since it has brought this, all is computed again. */
-    bool chosen = is_chosen(jobs->config.verify_tasks) ||
-                  (slot->who[0] && jobs_remotes_barred(&jobs->remotes, slot->who));
+    bool false_before = slot->who[0] && jobs_remotes_barred(&jobs->remotes, slot->who);
+    bool chosen = false_before || is_chosen(jobs->config.verify_tasks);
     int same = chosen ? compute_again(run, what, index, bytes) : 1;
 
     if (same == SRNF_ENOMEM) {
         metrics_add(jobs->config.metrics, METRIC_TASKS,
                     METRIC_LABELS(what->kind->name, "uncompared"), 1);
+    }
+    if (same < 0 && same != SRNF_ECANCELED && false_before) {
+        result->problem_code = "out-of-memory";
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "Worker %s, whose results were false elsewhere, returned task %zu of %zu "
+                       "(%s), and there is no memory to compute that again; ask for the job again.",
+                       slot->row.worker, index + 1, what->n, what->kind->name);
+        return false;
     }
     if (same != 0) {
         return true;

@@ -77,8 +77,8 @@ static const struct process_output outputs[] = {
      "largest statistic; fdr: least false discovery rate, by area, at which the point is reported; "
      "effect: length of the mean displacement, for surfaces of area 1."},
     {"surface", OUTPUT_OBJECT,
-     "Record of the mean surface; its meshes carry significance, fdr, effect, normalEffect "
-     "(outward positive), pointwiseP and statistic at every vertex."},
+     "Record of the mean surface; its meshes carry significance, fdr, effect and normalEffect "
+     "(outward positive), both for surfaces of area 1, pointwiseP and statistic at every vertex."},
     MEAN_MEMBERS_OUTPUTS,
     {NULL, NULL, NULL},
 };

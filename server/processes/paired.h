@@ -127,7 +127,7 @@ int paired_replicates(struct jobs_run *run, const struct paired *asked,
                       const struct group_mean *mean, const struct srnf_sht *sht, json_t **found,
                       struct jobs_result *result);
 /* Warns where too few subjects were measured repeatedly. */
-void paired_warn_replicates(json_t *document, const json_t *replicates);
+void paired_warn_replicates(json_t *document, const struct paired *asked, const json_t *replicates);
 double paired_seconds(const struct api_work *work, const json_t *canonical);
 
 #endif

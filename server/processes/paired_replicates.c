@@ -88,11 +88,16 @@ static json_t *test_json(size_t measurements, const struct srnf_asymmetry_test *
     return object;
 }
 
-void paired_warn_replicates(json_t *document, const json_t *replicates)
+void paired_warn_replicates(json_t *document, const struct paired *asked, const json_t *replicates)
 {
     const json_t *count = json_object_get(replicates, "repeated");
     json_int_t repeated = json_integer_value(count);
 
+    if (asked->first_count && json_is_null(replicates)) {
+        warning_add(warnings_of(document), "duplicate-content", NULL,
+                    "All measurements of a side are equal, so that measurements have no error to "
+                    "hold the sides against: replicates is null. Was each file given twice?");
+    }
     if (count && repeated < (json_int_t)SRNF_PAIRS_MIN) {
         warning_add(
             warnings_of(document), "few-replicates",
@@ -137,6 +142,10 @@ int paired_replicates(struct jobs_run *run, const struct paired *asked,
     }
     srnf_free(sizes);
     srnf_free(side);
+    if (status == SRNF_EDEGENERATE) { /* they have no error; all else does not need it */
+        *found = json_null();
+        return SRNF_OK;
+    }
     if (status) {
         return compute_fail(result, status, &error, "testing the asymmetry");
     }

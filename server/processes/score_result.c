@@ -206,6 +206,7 @@ json_t *score_document(struct jobs_run *run, const struct score *asked,
     }
     if (asked->expected.given) {
         (void)json_object_set_new(document, "typicality", json_null());
+        typicality_warn_projection(document, projection, true);
     } else {
         typicality_set_projection(document, projection);
     }

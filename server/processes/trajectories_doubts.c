@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "api/warnings.h"
+#include "toolkit/outliers.h"
 
 #define SPANS_APART 30.0  /* of the spans of subjects, next to each other in size */
 #define SPANS_SUSPECT 6.0 /* the same, where slopes differ as much the other way round */
@@ -43,20 +44,6 @@ static const char *member_of(const struct doubts *d, size_t i)
     const char *name = json_string_value(json_array_get(d->names, i));
 
     return name ? name : "?";
-}
-
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
-/* The median of n values, which are sorted. */
-static double median_of(size_t n, double *values)
-{
-    qsort(values, n, sizeof *values, compare_doubles);
-    return n ? 0.5 * (values[(n - 1) / 2] + values[n / 2]) : 0.0;
 }
 
 static const char *more_of(size_t more, char text[64])
@@ -116,7 +103,7 @@ static double way_of(const struct doubts *d, double limit, bool below)
             d->values[count++] = d->found->subject[k].speed * span_of(d, k);
         }
     }
-    return median_of(count, d->values);
+    return sorted_median(count, d->values);
 }
 
 /* Spans fall into two classes that lie far apart; or less far, and slopes differ as much the other
@@ -132,7 +119,7 @@ static void warn_spans(const struct doubts *d)
     for (size_t k = 0; k < n; k++) {
         d->values[k] = span_of(d, k);
     }
-    qsort(d->values, n, sizeof *d->values, compare_doubles);
+    (void)sorted_median(n, d->values);
     for (size_t k = 0; k + 1 < n; k++) {
         if (d->values[k + 1] > gap * d->values[k]) {
             gap = d->values[k + 1] / d->values[k];
@@ -227,7 +214,7 @@ static double find_largest(const struct doubts *d, bool slope, size_t *at)
             d->values[count++] = figure;
         }
     }
-    median = count + 1 >= SRNF_PAIRS_MIN ? median_of(count, d->values) : 0.0;
+    median = count + 1 >= SRNF_PAIRS_MIN ? sorted_median(count, d->values) : 0.0;
     return median > 0.0 ? figure_of(d, *at, slope) / median : 0.0;
 }
 
@@ -304,6 +291,8 @@ void trajectories_warn(struct jobs_run *run, const struct trajectories *asked,
         warn_exchanged(&d);
         warn_reversed(&d);
         warn_odd(&d);
+    } else {
+        json_memory_fail(); /* a warning may be missing */
     }
     srnf_free(d.first);
     srnf_free(d.values);

@@ -5,6 +5,7 @@
 #include "toolkit/process.h"
 #include "api/json_memory.h"
 #include "toolkit/answers.h"
+#include "toolkit/outliers.h"
 #include "toolkit/routes.h"
 #include "toolkit/scales.h"
 #include "api/surfaces.h"
@@ -91,6 +92,7 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
     degrees_warn(run, inputs, document);
     units_warn(run, inputs, document);
     shapes_warn(run, inputs, document);
+    outliers_warn(inputs, document);
     answers_warn(inputs, document);
     warnings_merge(warnings_of(document), doubts);
     json_decref(doubts);

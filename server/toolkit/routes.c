@@ -421,7 +421,8 @@ static void count_inputs(struct tally *tally, struct jobs_run *run, const json_t
     const char *method = json_string_value(json_object_get(inputs, "method"));
     const char *of_mesh = method && strcmp(method, "closed-form") == 0 ? "star" : NULL;
     struct store *store = jobs_run_store(run);
-    const char *owner = jobs_run_owner(run), *id;
+    const char *owner = jobs_run_owner(run), *id, *part;
+    json_t *surface;
 
     for (size_t i = 0; i < sizeof single / sizeof single[0]; i++) {
         id = json_string_value(json_object_get(inputs, single[i]));
@@ -438,6 +439,13 @@ static void count_inputs(struct tally *tally, struct jobs_run *run, const json_t
     count_all(tally, store, owner, json_object_get(inputs, "surfaces"), of_mesh);
     count_all(tally, store, owner, json_object_get(json_object_get(inputs, "cohort"), "surfaces"),
               of_mesh);
+    json_object_foreach(json_object_get(inputs, "parts"), part, surface)
+    {
+        id = json_string_value(surface);
+        if (id) {
+            count_one(tally, find_route(store, owner, id, of_mesh), id);
+        }
+    }
 }
 
 void routes_warn(struct jobs_run *run, const json_t *inputs, json_t *document)

@@ -38,6 +38,8 @@ static void each_input(const json_t *inputs, bool with_transfer,
                               json_object_get(cohort, "surfaces")};
     const json_t *labels = json_object_get(cohort, "labels");
     const size_t which = groups[1] ? 1 : 0;
+    const char *part;
+    json_t *surface;
 
     for (size_t i = 0; i < count; i++) {
         visit(user, json_string_value(json_object_get(inputs, single[i])), NULL);
@@ -50,6 +52,11 @@ static void each_input(const json_t *inputs, bool with_transfer,
     for (size_t i = 0; i < json_array_size(groups[which]); i++) {
         visit(user, json_string_value(json_array_get(groups[which], i)),
               json_string_value(json_array_get(labels, i)));
+    }
+    /* Of a subject of several structures; each has a size of its own. */
+    json_object_foreach(with_transfer ? json_object_get(inputs, "parts") : NULL, part, surface)
+    {
+        visit(user, json_string_value(surface), NULL);
     }
 }
 
@@ -260,6 +267,21 @@ static void add_degrees(const struct degree_tally *tally, json_t *document)
                 PROCESS_DEGREE_DEFAULT, (long long)tally->all.lowest);
 }
 
+/* The degree of a classifier, which cuts off what is finer; 0: it is none. */
+static int64_t kept_degree(struct store *store, const json_t *inputs)
+{
+    const char *id = json_string_value(json_object_get(inputs, "model"));
+    struct store_model model = {.record = NULL};
+    int64_t degree = 0;
+
+    if (json_object_get(inputs, "surfaces") &&
+        process_read(store_model_get(store, id, 0, &model))) {
+        degree = model.lmax;
+        store_model_clear(&model);
+    }
+    return degree;
+}
+
 void degrees_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
 {
     const json_t *cohort = json_object_get(inputs, "cohort");
@@ -275,6 +297,9 @@ void degrees_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
     if (!tally.labels) {
         json_memory_fail(); /* a warning may be missing */
         return;
+    }
+    if (tally.as_members && tally.most == 0) {
+        tally.most = kept_degree(tally.store, inputs);
     }
     each_input(inputs, true, tally_degree, &tally);
     find_parted(&tally);

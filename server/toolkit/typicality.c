@@ -75,13 +75,15 @@ static json_t *projection_json(const struct compute_projection *projection)
     return object;
 }
 
-static void warn_far(json_t *warnings, const struct compute_projection *projection)
+/* expected: the surface is held against what is expected of it, which only the residual does not
+   see: what the components do not represent, wherever their mean is. */
+static void warn_far(json_t *warnings, const struct compute_projection *projection, bool expected)
 {
     char traits[256] = "";
     json_t *figures = json_object();
 
     for (size_t t = 0; t < SRNF_TRAIT_ANGLE; t++) {
-        if (projection->typicality[t].far) {
+        if (projection->typicality[t].far && (!expected || t == SRNF_TRAIT_RESIDUAL)) {
             append_trait(traits, sizeof traits, (enum srnf_trait)t, &projection->typicality[t]);
             (void)json_object_set_new(figures, trait_names[t],
                                       verdict_json(&projection->typicality[t], 1.0));
@@ -115,7 +117,7 @@ static void warn_turned(json_t *warnings, const struct compute_projection *proje
         warnings, "pose-differs",
         json_pack("{s:f, s:o, s:f}", "angle", DEGREES * t->value, "limit",
                   json_finite(DEGREES * t->limit), "standardDeviations", projection->turn_back),
-        "The surface is turned by %.3g degrees against the model's mean, in space or in "
+        "The surface is turned by %.3g degrees or more against the model's mean, in space or in "
         "its parameterization; its subjects' own turns allow for %.3g, and the model "
         "rotates nothing.%s Bring it into the pose of the others, or use a model that is made "
         "with rotations (register true, commonPose false).",
@@ -124,10 +126,16 @@ static void warn_turned(json_t *warnings, const struct compute_projection *proje
 
 void typicality_set_projection(json_t *document, const struct compute_projection *projection)
 {
-    json_t *warnings = warnings_of(document);
-
     (void)json_object_set_new(document, "mahalanobis", json_finite(projection->mahalanobis));
     (void)json_object_set_new(document, "typicality", projection_json(projection));
+    typicality_warn_projection(document, projection, false);
+}
+
+void typicality_warn_projection(json_t *document, const struct compute_projection *projection,
+                                bool expected)
+{
+    json_t *warnings = warnings_of(document);
+
     if (!projection->calibrated) {
         warning_add(warnings, "model-uncalibrated", NULL,
                     "Nothing says whether the surface is like those that the model was made from: "
@@ -135,9 +143,9 @@ void typicality_set_projection(json_t *document, const struct compute_projection
                     "subjects, or by an older version: then make it again.");
         return;
     }
-    warn_far(warnings, projection);
+    warn_far(warnings, projection, expected);
     warn_turned(warnings, projection);
-    if (projection->subjects < TYPICALITY_SUBJECTS_FEW) {
+    if (projection->subjects < TYPICALITY_SUBJECTS_FEW && !expected) {
         warning_add(warnings, "few-subjects",
                     json_pack("{s:I}", "subjects", (json_int_t)projection->subjects),
                     "The limits in typicality rest on %zu subjects only and are wide: a surface "
@@ -198,7 +206,7 @@ void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *
             warning_add(warnings, "pose-differs",
                         json_pack("{s:I, s:f, s:o}", "member", (json_int_t)i, "angle",
                                   DEGREES * t.value, "limit", json_finite(DEGREES * t.limit)),
-                        "%s lies in another pose than the others: turned by about %.0f degrees "
+                        "%s lies in another pose than the others: turned by %.0f degrees or more "
                         "against their mean, in space or in its parameterization, where one of "
                         "them in a thousand would be turned by more than %.0f. Nothing is rotated "
                         "here: bring it into their pose, or, where it lies like them and its map "

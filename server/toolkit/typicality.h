@@ -15,6 +15,10 @@ struct compute_projection; /* compute/model.h */
 
 /* mahalanobis and typicality of a projection, and its warnings. */
 void typicality_set_projection(json_t *document, const struct compute_projection *projection);
+/* The warnings alone; expected: those that hold where the surface is held against what a formula
+   expects of it. */
+void typicality_warn_projection(json_t *document, const struct compute_projection *projection,
+                                bool expected);
 
 /* Appends a warning for each member that is turned far against those of other subjects. subjects:
    [n] numbers of theirs; labels: their names. */

@@ -83,6 +83,14 @@ request PUT /v1/cohorts/renamed/members --header 'Content-Type: text/csv' --data
 is "$STATUS $(json '.members[0] | [.label, .side, .covariates] | tojson')" '200 ["d, e","left",{"age":41}]' \
     'and go back as CSV'
 TAG=$(header ETag)
+post_json /v1/cohorts "{\"name\":\"twice\",\"members\":[{\"id\":\"${IDS[0]}\",\"label\":\"real\",\"covariates\":{\"Label\":\"other\",\"\":1}}]}"
+get '/v1/cohorts/twice/members?format=csv'
+is "$(tr -d '\r' <"$BODY" | paste -sd '|')" \
+    "id,label,subject,time,side,mirror,covariate ,covariate Label|${IDS[0]},real,,,,false,1,other" \
+    'a covariate that is called as a column is told apart from it'
+cp "$BODY" "$SCRATCH/twice.csv"
+request PUT /v1/cohorts/twice/members --header 'Content-Type: text/csv' --data-binary "@$SCRATCH/twice.csv"
+is "$STATUS $(json '.members[0].label')" '200 real' 'so that it goes back'
 request PUT /v1/cohorts/renamed/members --header 'Content-Type: text/csv' --data-binary $'id,label\nnone,x\n'
 is_problem 422 invalid-input 'a row without an id is refused'
 like "$(json '.errors[0].detail')" 'line 2' 'with its line'

@@ -66,6 +66,15 @@ for form in zip tar tar.gz; do
     is "$STATUS $(json '[.members[] | [.label, .covariates["grösse"]]] | tojson')" '200 [["x",1.5],["y",2]]' \
         "a $form with a table of a spreadsheet is read, with names in UTF-8 and decimal commas"
 done
+printf 'file;Participant_ID\na.off;sub-01\nschräg.off;sub-01\n' >"$FILES/in/t.csv"
+(cd "$FILES" && zip -q -r ../bids.zip in)
+import '?cohort=bids' "$SCRATCH/bids.zip"
+get /v1/cohorts/bids
+is "$(json '[.members[] | [.subject, .covariates]] | tojson')" '[["sub-01",{}],["sub-01",{}]]' 'participants of BIDS are subjects'
+printf 'file;participant_id;subject\na.off;sub-01;1\nschräg.off;sub-01;2\n' >"$FILES/in/t.csv"
+(cd "$FILES" && zip -q -r ../both.zip in)
+import '?cohort=both' "$SCRATCH/both.zip"
+like "$STATUS $(json .detail)" '^422 .*participant_id and subject are both the subject' 'but not both'
 import '' "$SCRATCH/two.zip"
 is_problem 422 invalid-input 'whose table needs a cohort as well'
 is "$(count_meshes)" "$before" 'all of which were there'

@@ -138,6 +138,10 @@ compare "$(json .residual)" '<' 1e-6 'all of it is in the components'
 cp "$BODY" "$SCRATCH/third.json"
 execute project "{\"model\":\"$MODEL\",\"parts\":{\"left\":{\"href\":\"/v1/surfaces/$(id 3 0)\"},\"right\":{\"value\":\"$(id 3 1)\"}}}"
 is "$(jq -s 'map(.scores) | .[0] == .[1]' "$SCRATCH/third.json" "$BODY")" true 'its parts may be links, and values with a name'
+post_json /v1/surfaces "$(jq -nc '[range(36) | 0] as $no | {coefficients:{lmax:5,x:($no | .[3] = 1),y:($no | .[1] = 1.2),z:($no | .[2] = 1.3)}}')"
+FINER=$(json .id)
+execute project "{\"model\":\"$MODEL\",\"parts\":{\"left\":\"$FINER\",\"right\":\"$(id 4 1)\"}}"
+is "$(json '[.warnings[] | select(.code == "mixed-degrees") | .figures | [.lowest, .highest]] | tojson')" '[[4,5]]' 'a part of another degree is told'
 execute project "{\"model\":\"$MODEL\",\"parts\":{\"left\":\"$(id 3 0)\",\"right\":\"$(id 4 1)\"}}"
 is "$(json .trainingSubject)" false 'parts of two members are no member'
 both project 13

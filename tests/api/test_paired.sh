@@ -239,6 +239,10 @@ run asymmetry measured
 is "$STATUS $(json '.replicates | [.repeated, .f.interval, .fluctuating.interval, .measured.interval, .repeatability.interval] | tojson')" \
     '200 [4,[null,null],[null,null],[null,null],[null,null]]' 'which four are not'
 is "$(json '[.warnings[] | select(.code == "few-replicates") | .figures | [.subjects, .needed]] | tojson')" '[[4,5]]' 'and are told so'
+cohort measured '[.sides[] | ., . + {covariates: {replicate: 2}} | .covariates.replicate //= 1]'
+run asymmetry measured
+is "$STATUS $(json '[.replicates, (.warnings | map(select(.code == "duplicate-content") | .detail | test("given twice")) | any)] | tojson')" \
+    '200 [null,true]' 'the same file twice is no measurement, which is told beside the rest'
 cohort sides .sides
 run asymmetry sides
 is "$(json 'has("replicates") and .replicates == null')" true 'one of each tells nothing of it'

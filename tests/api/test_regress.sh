@@ -69,6 +69,14 @@ Z=$(json '.z[2]')
 get "/v1/surfaces/$HIGH/coefficients"
 compare "$(json ".z[2] - $Z - 0.1 | fabs")" '<' 0.03 'the predicted surfaces grow by as much as planted'
 
+is "$(jq '[.warnings[].code] | index("covariate-far")' "$SCRATCH/first.json")" null 'no value is far from the others'
+post_json /v1/cohorts "{\"name\":\"slip\",\"members\":$(jq -c '.[3].covariates.age = -999' <<<"$MEMBERS")}"
+SLIP='[.warnings[] | select(.code == "covariate-far") | .figures | [.covariate, .member, .value, .members]] | tojson'
+execute regress '{"cohort":"slip","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ age + site"}'
+is "$STATUS $(json "$SLIP")" '200 [["age",3,-999,1]]' 'a code for what is missing is told'
+execute compare-groups '{"cohort":"slip","register":false,"permutations":9,"covariates":["treated","age"]}'
+is "$STATUS $(json "$SLIP")" '200 [["age",3,-999,1]]' 'also among covariates that are regressed out'
+
 regress 'shape~treated+site+age' ',"at":[{"age":45}]'
 compare "$(json ".terms[2].r2 / $(jq '.terms[0].r2' "$SCRATCH/first.json") - 1 | fabs")" '<' 1e-12 \
     'the order of terms does not matter, but for rounding'

@@ -91,6 +91,12 @@ compare "$(json .ranks.largestZ.pValue)" '<=' 0.053 'which the map shows'
 is "$(json .typicality)" null 'and project knows nothing of'
 score 20 ',"formula":"shape ~ age + site","covariates":{"age":80,"site":"A"}'
 compare "$(json .ranks.distance.pValue)" '>' 0.05 'but not for another age'
+score 19
+FAR=$(json '[.warnings[] | select(.code == "far-from-model") | .figures.residual] | tojson')
+score 19 ',"formula":"shape ~ age","covariates":{"age":60}'
+is "$(json '[.warnings[] | select(.code == "far-from-model") | .figures.residual] | tojson')" "$FAR" \
+    'what the components do not represent is warned of with covariates too'
+isnt "$FAR" '[]' 'as without'
 score 20 ',"formula":"shape ~ age","covariates":{"age":120}'
 is "$(json '[.warnings[] | select(.code == "extrapolated") | .figures.covariate] | join(" ")')" age 'a line far out is warned of'
 

@@ -92,6 +92,10 @@ is "$(json '.predictions[2].typicality.nearest.percentile')" 100 'further from a
 is "$(json '[.warnings[].code] | map(select(. == "far-from-model" or . == "training-subject")) | sort | tojson')" \
     '["far-from-model","training-subject"]' 'the result warns of both'
 
+post_json /v1/surfaces "$(shape 12 round | jq -c '.coefficients |= (.lmax = 5 | [range(11) | 0] as $no | .x += $no | .y += $no | .z += $no)')"
+execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$(json .id)\"]}" -H "$WAIT"
+is "$STATUS $(json '[.warnings[].code] | index("mixed-degrees")')" '200 null' 'what is finer than the classifier is cut off, of which nothing need be said'
+
 execute train '{"cohort":"half","method":"srnf-nn","priors":"equal"}' -H "$WAIT"
 is "$STATUS $(json '.model.classifier | [.method, .components, .means] | tojson')" '200 ["srnf-nn",null,null]' 'by the nearest neighbour'
 NEAREST=$(json .model.id)

@@ -332,12 +332,15 @@ class Labels(unittest.TestCase):
         self.assertEqual((found[0].time, found[0].side, found[1].side, found[2].label), (0.5, "left", "right", None))
         self.assertEqual(found[0].covariates, {"age": 41.5, "treated": True})
         self.assertEqual([stem(m.path) for m in found], ["a", "b", "lh.pial"])
+        found = self.read("file\tparticipant_id\na.ply\tsub-1\nb\tsub-1\nlh.pial\tsub-2\n")
+        self.assertEqual([m.subject for m in found], ["sub-1", "sub-1", "sub-2"])
 
     def test_wrong(self):
         """what is wrong in a table is said with its line and what to do"""
         good = "file,label\na.ply,x\nb.obj.gz,y\nlh.pial,z\n"
         for text, message in (
             (good + "c.ply,x\n", r"line 5: there is no mesh 'c.ply'.*did you mean a.ply"),
+            (good + "B,x\n", r"line 5: there is no mesh 'B' .*did you mean b.obj.gz"),
             (good + "a.ply,y\n", r"line 5: a.ply was named before, in .*line 2"),
             (good.replace("b.obj.gz,y\n", ""), "has no row for 1 of 3 meshes .*: b.obj.gz"),
             (good.replace("file", "name"), "has no column 'file'; its first line has: name, label"),

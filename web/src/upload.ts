@@ -94,7 +94,7 @@ function memberOf(columns: string[], row: string[], key: number, id: string): ap
         if (i === key || text === '' || /^(na|n\/a|nan)$/i.test(text)) return;
         const name = column.toLowerCase();
         if (name === 'label' || name === 'group') member.label = text;
-        else if (name === 'subject') member.subject = text;
+        else if (name === 'subject' || name === 'participant_id') member.subject = text;
         else if (name === 'side' && sideOf(text)) member.side = sideOf(text);
         else if (name === 'time') member.time = Number(text);
         else if (name === 'mirror') member.mirror = /^(true|1|yes)$/i.test(text);

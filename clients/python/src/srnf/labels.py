@@ -124,7 +124,8 @@ def read_table(file: Path) -> list[dict[str, str]]:
     mark = max(",;\t", key=lines[0].count)
     rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=mark)]
     names = rows[0]
-    lower = [name.lower() for name in names]
+    # BIDS calls the subject so; scans of one that passed for several would make p-values too good.
+    lower = ["subject" if name.lower() == "participant_id" else name.lower() for name in names]
     if "file" not in lower:
         raise InputError(
             f"The table {file} has no column 'file'; its first line has: {', '.join(names)}"
@@ -215,7 +216,9 @@ def _find(row: dict[str, str], files: Sequence[Path], folder: Path) -> Path:
         raise InputError(f"{row['']}: {name} may be {_some([str(p.relative_to(folder)) for p in found])}")
     if (folder / name).is_file():
         raise InputError(f"{row['']}: {name} is in {folder}, but its name is not that of a mesh")
-    near = difflib.get_close_matches(name, [p.name for p in files], 1)
+    # Names that differ in their case alone come first: l_ is nearer to R_ than it should be.
+    same = [p.name for p in files if name.casefold() in (p.name.casefold(), stem(p).casefold())]
+    near = same or difflib.get_close_matches(name, [p.name for p in files], 1)
     hint = f"; did you mean {near[0]}?" if near else ""
     raise InputError(f"{row['']}: there is no mesh {name!r} in {folder}{hint}")
 

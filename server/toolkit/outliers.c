@@ -1,0 +1,132 @@
+/*
+ * outliers.c - see outliers.h.
+ *
+ * A value x is judged by z = |x - median| / (1.4826 MAD), MAD the median of |x - median|, whose
+ * factor makes it a standard deviation of normal values (Iglewicz and Hoaglin, "How to detect and
+ * handle outliers", 1993, who tell of 3.5 and more; a covariate may well be skewed).
+ */
+#include "toolkit/outliers.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/json_memory.h"
+#include "api/warnings.h"
+
+#define DEVIATIONS_FAR 10.0
+#define MEMBERS_MIN 5
+#define NORMAL_MAD 1.482602218505602
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+
+    return (x > y) - (x < y);
+}
+
+double sorted_median(size_t n, double *values)
+{
+    qsort(values, n, sizeof *values, compare_doubles);
+    return n ? 0.5 * (values[(n - 1) / 2] + values[n / 2]) : 0.0;
+}
+
+/* A name of member i: its subject, or its id. */
+static const char *member_of(const json_t *cohort, size_t i)
+{
+    const char *subject = json_string_value(json_array_get(json_object_get(cohort, "subjects"), i));
+    const char *id = json_string_value(json_array_get(json_object_get(cohort, "surfaces"), i));
+
+    return subject ? subject : id ? id : "?";
+}
+
+/* values: [n], and as many of scratch. */
+static void judge(const json_t *cohort, const char *name, size_t n, double *values,
+                  json_t *document)
+{
+    double *sorted = values + n;
+    double middle, deviation, most = 0.0;
+    size_t far = 0, worst = 0;
+
+    memcpy(sorted, values, n * sizeof *sorted);
+    middle = sorted_median(n, sorted);
+    for (size_t i = 0; i < n; i++) {
+        sorted[i] = fabs(values[i] - middle);
+    }
+    deviation = NORMAL_MAD * sorted_median(n, sorted);
+    for (size_t i = 0; i < n && deviation > 0.0; i++) {
+        double z = fabs(values[i] - middle) / deviation;
+
+        far += z >= DEVIATIONS_FAR;
+        worst = z > most ? i : worst;
+        most = fmax(most, z);
+    }
+    if (far > 0) {
+        warning_add(
+            warnings_of(document), "covariate-far",
+            json_pack("{s:s, s:I, s:f, s:f, s:f, s:I}", "covariate", name, "member",
+                      (json_int_t)worst, "value", values[worst], "median", middle,
+                      "standardDeviations", most, "members", (json_int_t)far),
+            "%.60s is %.6g in member %zu (%.60s), %.3g standard deviations from the median %.6g of "
+            "all. Is it a code for what is missing, in another unit, or a slip? One such value may "
+            "decide coefficients, p-values and accuracies: correct it, or leave the member out.",
+            name, values[worst], worst, member_of(cohort, worst), most, middle);
+    }
+}
+
+/* Column c of rows, or row c of columns, into values; false where that is not all numbers. */
+static bool read(const json_t *table, bool rows, size_t c, size_t n, double *values)
+{
+    for (size_t i = 0; i < n; i++) {
+        const json_t *one = rows ? json_array_get(json_array_get(table, i), c)
+                                 : json_array_get(json_array_get(table, c), i);
+
+        values[i] = json_is_boolean(one) ? (double)json_is_true(one) : json_number_value(one);
+        if (!(json_is_number(one) || json_is_boolean(one)) || !isfinite(values[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static void judge_all(const json_t *cohort, const json_t *names, const json_t *table, bool rows,
+                      json_t *document)
+{
+    size_t count = json_array_size(names), first = json_array_size(json_array_get(table, 0));
+    size_t n = rows ? json_array_size(table) : first;
+    double *values = n >= MEMBERS_MIN ? srnf_alloc(n, 2 * sizeof *values) : NULL;
+
+    if (n >= MEMBERS_MIN && !values) {
+        json_memory_fail(); /* a warning may be missing */
+    }
+    for (size_t c = 0; c < count && values; c++) {
+        const json_t *one = json_array_get(names, c);
+        const char *name =
+            json_string_value(json_is_object(one) ? json_object_get(one, "name") : one);
+
+        /* Products and levels follow from the columns that they are made of. */
+        if (name && !strpbrk(name, ":[") && read(table, rows, c, n, values)) {
+            judge(cohort, name, n, values, document);
+        }
+    }
+    srnf_free(values);
+}
+
+void outliers_warn(const json_t *inputs, json_t *document)
+{
+    const json_t *cohort = json_object_get(inputs, "cohort");
+
+    if (json_is_object(cohort)) {
+        judge_all(cohort, json_object_get(inputs, "covariates"),
+                  json_object_get(cohort, "covariates"), false, document);
+    }
+}
+
+void outliers_warn_design(const json_t *cohort, json_t *document)
+{
+    const json_t *design = json_object_get(cohort, "design");
+
+    judge_all(cohort, json_object_get(design, "columns"), json_object_get(design, "rows"), true,
+              document);
+}

@@ -1,0 +1,21 @@
+/*
+ * outliers.h - values of covariates that lie far from all others: codes of what is missing, other
+ * units, slips.
+ */
+#ifndef SRNFD_TOOLKIT_OUTLIERS_H
+#define SRNFD_TOOLKIT_OUTLIERS_H
+
+#include "toolkit/process.h"
+
+/* Adds the warning covariate-far for each covariate that canonical inputs have of the members of a
+   cohort, and of which one lies ten standard deviations from the median or more; these by the
+   median deviation, so that no value hides itself. A covariate of which more than half is the same
+   has no such deviation, and is not judged. */
+void outliers_warn(const json_t *inputs, json_t *document);
+/* The same of the columns of a formula that are neither products nor levels (toolkit/design.h). */
+void outliers_warn_design(const json_t *cohort, json_t *document);
+
+/* Sorts n values; their median, 0 of none. */
+double sorted_median(size_t n, double *values);
+
+#endif
