@@ -64,7 +64,7 @@ async function main() {
         await page.waitForFunction(() => document.querySelector('#in-cohort').value === 'sides' && document.querySelector('#in-lmax').value === '15');
         await page.$eval('#in-lmax', (node) => { node.value = '8'; node.dispatchEvent(new Event('input', { bubbles: true })); });
         await waitText(page, 'Takes (about [0-9.]+ s|less than a second) of one processor.*Needs about [0-9.]+ MB of memory');
-        await page.$eval('#in-register', (node) => node.click()); // wherever the form, still growing, has it by now
+        await page.click('#in-register');
         await waitText(page, 'Takes (about [0-9.]+ s|less than a second) of one processor.*Needs about [0-9]+ kB of memory');
         await page.$eval('#in-components', (node) => { node.value = '999'; node.dispatchEvent(new Event('input', { bubbles: true })); });
         await waitText(page, 'components: is 999; it must be');
@@ -121,7 +121,7 @@ async function main() {
         await press(page, 'AsymmetryHow do left and right sides differ?');
         await page.waitForFunction(() => document.querySelector('#in-cohort')?.value === 'both');
         await page.$eval('#in-lmax', (node) => { node.value = '6'; node.dispatchEvent(new Event('input', { bubbles: true })); });
-        await page.$eval('#in-register', (node) => node.click()); // wherever the form, still growing, has it by now
+        await page.click('#in-register');
         await press(page, 'Start');
         await waitText(page, 'Directional asymmetry, what all subjects have in common from left to right: [0-9.]+ mm \\(95 %: [0-9.]+ to [0-9.]+\\)', 60000);
         await page.waitForFunction(() => document.querySelectorAll('figure.shape canvas').length === 2);

@@ -380,7 +380,7 @@ export function Form({ id }: { id: string }) {
             const all = { ...choices, shapes: [...sent, ...choices.shapes] };
             const show = ({ input, kind }: (typeof fields)[0]) => (
                 <Field key={input.name} input={input} kind={kind} choices={all} text={texts[input.name] ?? ''} hint={/^(covariates|formula)$/.test(input.name) ? columnsOf(members) : undefined} around={{ process: id, texts, members, parts: partsOfModel, sent: (shape) => setSent((before) => [shape, ...before]) }}
-                    set={(text) => setTexts({ ...texts, [input.name]: text })} />
+                    set={(text) => setTexts((now) => ({ ...now, [input.name]: text }))} />
             );
             const fine = fields.filter((f) => FINE.test(f.input.name) && !f.input.required);
             return (

@@ -77,7 +77,9 @@ export function later<P extends object>(load: () => Promise<ComponentType<P>>): 
         const [, again] = useState(0);
         const [error, setError] = useState<unknown>();
         useEffect(() => {
-            if (!part) load().then((p) => { part = p; again((n) => n + 1); }, setError);
+            // It may have come between what was drawn and this: then it is only to be drawn again.
+            if (part) again((n) => n + 1);
+            else load().then((p) => { part = p; again((n) => n + 1); }, setError);
         }, []);
         const Part = part as any;
         if (error) return <ProblemBox error={error} again={() => location.reload()} />;
