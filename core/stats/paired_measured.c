@@ -50,7 +50,7 @@
 #define BOOTSTRAPS_MIN ((size_t)100)
 #define BOOTSTRAPS_MAX ((size_t)100000)
 #define BLOCK ((size_t)32)
-#define ROUNDING 1e-12                /* of a mean square, beside the others */
+#define ROUNDING 1e-14                /* of a mean square, beside the others */
 #define PERMUTING (UINT64_C(1) << 42) /* of the first permutation: beyond those of other draws */
 #define DRAWING (UINT64_C(1) << 43)   /* and of the first sample of subjects */
 
