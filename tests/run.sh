@@ -276,9 +276,8 @@ start() { # SOURCE [placed]
 declare -A placed=() # by process id: tests that take a place
 take_place() {
     if [ -n "${SRNFD_TEST_PLACES-}" ]; then
-        until read -r -n 1 -t 1 _ <>"$SRNFD_TEST_PLACES"; do
-            flush
-        done
+        read -r -n 1 _ <>"$SRNFD_TEST_PLACES" # without a time limit: bash loses what it reads as the time is up
+        flush
         return
     fi
     while [ "${#placed[@]}" -ge "$JOBS" ]; do

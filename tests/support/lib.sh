@@ -184,7 +184,7 @@ announced_address() { # LOG
 start_server() { # DATA-FOLDER [ARGUMENTS OF serve..]
     local data=$1 address waited=0
     shift
-    SERVER_LOG=$SCRATCH/server-${#SERVER_PIDS[@]}.log
+    SERVER_LOG=$(mktemp "$SCRATCH/server-XXXXXX.log") # of its own, also when subshells start servers
     "$SRNFD" serve --listen 127.0.0.1:0 --data "$data" "$@" </dev/null >/dev/null 2>"$SERVER_LOG" &
     SERVER_PID=$!
     SERVER_PIDS+=("$SERVER_PID")
