@@ -281,12 +281,19 @@ is "$(json .status | grep -cE 'accepted|running')" 1 'the job again'
 JOB=$(json .jobID)
 : >"$WORKER_LOG"
 start_worker --grace-seconds 0
+leases() {
+    get /v1/workers && [ "$(json '[.items[].leased] | max')" = 1 ]
+}
+# Stopped in the middle of a task, which would take a tenth of a second.
 waited=0
-until get /v1/workers && [ "$(json '[.items[].leased] | max')" = 1 ] || [ "$waited" -gt 200 ]; do
+until leases && kill -STOP "$WORKER_PID" && leases; do
+    kill -CONT "$WORKER_PID"
+    [ "$waited" -lt 200 ] || break
     sleep 0.05
     waited=$((waited + 1))
 done
 kill -TERM "$WORKER_PID"
+kill -CONT "$WORKER_PID"
 wait_server "$WORKER_PID" 20
 is "$SERVER_STATUS $(told task-returned)" '0 1' 'without grace a worker gives its task back'
 post "/v1/jobs/$JOB/cancel"

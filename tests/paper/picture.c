@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "paper/report_internal.h"
+#include "support/compare.h"
 
 #define FREQUENCY 40
 #define SIDE ((size_t)300)
@@ -82,7 +83,7 @@ static double reach_of(const struct srnf_mesh *mesh, const double centre[3])
         double y = mesh->vertices[3 * i + 1] - centre[1];
         double z = mesh->vertices[3 * i + 2] - centre[2];
 
-        square = fmax(square, x * x + y * y + z * z);
+        square = compare_max(square, x * x + y * y + z * z);
     }
     return MARGIN * sqrt(square);
 }
@@ -177,7 +178,7 @@ double picture_largest(size_t degree, const double *coefficients, const double *
     double *d = distances(degree, coefficients, reference, &n);
 
     for (size_t i = 0; i < n; i++) {
-        largest = fmax(largest, d[i]);
+        largest = compare_max(largest, d[i]);
     }
     srnf_free(d);
     return largest;
@@ -195,7 +196,7 @@ static double edge(const struct corner *a, const struct corner *b, double x, dou
 
 static size_t pixel(double at)
 {
-    return at <= 0.0 ? 0 : at >= (double)(LARGE - 1) ? LARGE - 1 : (size_t)at;
+    return !(at > 0.0) ? 0 : at >= (double)(LARGE - 1) ? LARGE - 1 : (size_t)at;
 }
 
 static void fill(struct canvas *canvas, const struct corner *a, const struct corner *b,

@@ -8,6 +8,7 @@
 
 #include "paper/paper.h"
 #include "paper/report_internal.h"
+#include "support/compare.h"
 #include "support/meshes.h"
 
 void paper_check(int status, const struct srnf_error *error, const char *what)
@@ -130,9 +131,9 @@ void paper_row(struct paper *paper, const char *caption, const struct picture_vi
     double highest = 0.0;
 
     for (size_t i = 0; i < n; i++) {
-        wide.reach = fmax(wide.reach, picture_reach(degree, surfaces[i]));
+        wide.reach = compare_max(wide.reach, picture_reach(degree, surfaces[i]));
         if (reference) {
-            highest = fmax(highest, picture_largest(degree, surfaces[i], reference));
+            highest = compare_max(highest, picture_largest(degree, surfaces[i], reference));
         }
     }
     report_row_open(paper->report, caption);
