@@ -2,7 +2,7 @@
 # test_landmarks.sh - landmarks of register and geodesic: by vertices and by positions they are the same points; met
 # exactly, or the nearer the more they weigh; what is held out is measured alone; wrong ones are told by name.
 # srnfd-test: slow
-# srnfd-test: once (core/registration/test_landmarks.c has the figures in both builds)
+# srnfd-test: no-asan (core/registration/test_landmarks.c and api/test_landmarks_mean.sh run its code)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -2,6 +2,7 @@
 # test_quality.sh - the quality of a model and the comparison of two groups end to end, on small surfaces of brain
 # structures: results, the map that travels with the mean surface, and what is refused.
 # srnfd-test: slow
+# srnfd-test: no-asan (api/test_statistics.sh and api/test_standard.sh run its code)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

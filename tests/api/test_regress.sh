@@ -2,7 +2,7 @@
 # test_regress.sh - linear models of shape end to end: formulas as R reads them, what the result tells, coefficients and
 # p against numpy's least squares on exported fields, and what is refused by name.
 # srnfd-test: slow
-# srnfd-test: once (core/stats/test_regress.c has the figures in both builds)
+# srnfd-test: no-asan (core/stats/test_regress.c and api/test_standard.sh run its code)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -2,7 +2,7 @@
 # test_subjects.sh - members that belong to one subject, against a live server: counted, left out and relabelled
 # together, refused where their labels differ, and content that stands for two members warned of.
 # srnfd-test: slow
-# srnfd-test: no-asan (api/test_quality.sh, api/test_classify.sh and api/test_statistics.sh run its code)
+# srnfd-test: no-asan (api/test_classify.sh and api/test_statistics.sh run its code)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
