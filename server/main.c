@@ -27,6 +27,7 @@
 #include "main/token_command.h"
 #include "notify.h"
 #include "priority.h"
+#include "signals.h"
 #include "store/prepared.h"
 #include "store/store.h"
 #include "store/token.h"
@@ -320,7 +321,7 @@ static int prepare_process(sigset_t *signals)
     (void)sigaddset(signals, SIGTERM);
     (void)sigaddset(signals, SIGINT);
     (void)sigaddset(signals, SIGHUP);
-    (void)pthread_sigmask(SIG_BLOCK, signals, NULL);
+    signals_await(signals);
     (void)signal(SIGPIPE, SIG_IGN);
     raise_descriptor_limit();
     fftw_make_planner_thread_safe();

@@ -14,6 +14,7 @@
 
 #include "clock.h"
 #include "log.h"
+#include "signals.h"
 
 #include <cblas.h>
 #include <curl/curl.h>
@@ -336,7 +337,7 @@ static int prepare_process(sigset_t *signals)
     (void)sigemptyset(signals);
     (void)sigaddset(signals, SIGTERM);
     (void)sigaddset(signals, SIGINT);
-    (void)pthread_sigmask(SIG_BLOCK, signals, NULL);
+    signals_await(signals);
     (void)signal(SIGPIPE, SIG_IGN);
     (void)signal(SIGXFSZ,
                  SIG_IGN); /* a file that may not grow costs requests, as a full disk does */

@@ -103,4 +103,21 @@ SRNFD_WORKERS=2 start_server "$SCRATCH/data" --workers 1 --config="$SCRATCH/good
 get /v1/version
 is "$(json .workers)" 1 'the command line overrides the environment'
 stop_server || not_ok 'the server ends well'
+
+# Threads of libraries are older than main: what ends a process by default must not reach them either, when the thread
+# that waits for it is busy, or stopped.
+start_server "$SCRATCH/data" || exit 1
+for _ in $(seq 20); do
+    kill -STOP "$SERVER_PID"
+    kill -HUP "$SERVER_PID"
+    kill -CONT "$SERVER_PID"
+done
+get /healthz
+is "$STATUS" 200 'hangups of a busy daemon leave it alone'
+kill -STOP "$SERVER_PID"
+kill -TERM "$SERVER_PID"
+kill -CONT "$SERVER_PID"
+wait_server "$SERVER_PID" 20
+is "$SERVER_STATUS" 0 'and SIGTERM ends it well'
+
 done_testing
