@@ -281,15 +281,16 @@ is "$(json .status | grep -cE 'accepted|running')" 1 'the job again'
 JOB=$(json .jobID)
 : >"$WORKER_LOG"
 start_worker --grace-seconds 0
+until grep -q '"event": *"working"' "$WORKER_LOG" || ! alive "$WORKER_PID"; do sleep 0.01; done
+NAME_OF_WORKER=$(jq -Rr 'fromjson? | objects | select(.event == "working") | .worker' "$WORKER_LOG")
 leases() {
-    get /v1/workers && [ "$(json '[.items[].leased] | max')" = 1 ]
+    get /v1/workers && [ "$(json "[.items[] | select(.worker == \"$NAME_OF_WORKER\") | .leased] | max")" = 1 ]
 }
-# Stopped in the middle of a task, which would take a tenth of a second.
+# Stopped again and again, until that is in the middle of a task: each takes a tenth of a second.
 waited=0
-until leases && kill -STOP "$WORKER_PID" && leases; do
+until kill -STOP "$WORKER_PID" && leases || [ "$waited" -gt 100 ]; do
     kill -CONT "$WORKER_PID"
-    [ "$waited" -lt 200 ] || break
-    sleep 0.05
+    sleep 0.03
     waited=$((waited + 1))
 done
 kill -TERM "$WORKER_PID"

@@ -396,10 +396,11 @@ async function main() {
         await visit(page, `#/analyses/register?template=${mesh}&moving=${other}`);
         await press(page, 'Place landmarks on both shapes');
         await page.waitForFunction(() => document.querySelectorAll('.small-view canvas').length === 2);
-        await pause(800);
-        for (const dx of [-40, 40, 0]) for (const i of [0, 1]) {
+        await waitText(page, 'Takes about'); // which moves what is below it
+        for (const [k, dx] of [-40, 40, 0].entries()) for (const i of [0, 1]) {
             const place = await page.$$eval('.small-view canvas', (all, k) => { all[k].scrollIntoView({ block: 'center' }); const r = all[k].getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; }, i);
             await page.mouse.click(place[0] + dx, place[1]);
+            await page.waitForFunction((i, next) => document.querySelectorAll('.small-view figcaption')[i].textContent.endsWith(`click for landmark ${next}`), {}, i, k + 2);
         }
         await page.waitForFunction(() => document.querySelectorAll('ol[aria-label=Landmarks] li').length === 3);
         await page.$$eval('ol[aria-label=Landmarks] input[type=checkbox]', (boxes) => boxes[2].click());
