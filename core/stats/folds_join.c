@@ -51,16 +51,18 @@ static int check(size_t n_parts, const struct srnf_folds *parts, const double *w
     return SRNF_OK;
 }
 
-/* Of the fold of member i. */
-static void add_products(const struct joining *j, size_t i, double *products)
+void folds_sum_products(size_t n_parts, const struct srnf_folds *parts, const double *weights,
+                        size_t member, double *products)
 {
-    size_t n = j->out->n;
+    size_t n = parts[0].n;
 
-    for (size_t p = 0; p < j->n_parts; p++) {
-        const double *own = j->parts[p].products[j->parts[p].templates[i]];
+    memset(products, 0, n * n * sizeof(double));
+    for (size_t p = 0; p < n_parts; p++) {
+        size_t at = member < n ? parts[p].templates[member] : parts[p].medoid;
+        const double *own = parts[p].products[at];
 
         for (size_t k = 0; k < n * n; k++) {
-            products[k] += j->weights[p] * own[k];
+            products[k] += weights[p] * own[k];
         }
     }
 }
@@ -79,7 +81,7 @@ static int join_body(void *argument, size_t subject, const struct srnf_context *
     (void)context;
     (void)error;
     if (status == SRNF_OK) {
-        add_products(j, first, products);
+        folds_sum_products(j->n_parts, j->parts, j->weights, first, products);
         status = fold_describe(s, subject, products, out->components, out->scores + first * size,
                                out->distances, out->spread + first);
     }

@@ -11,6 +11,9 @@
  * what numbers beside shape are scaled by (frozen_nearest.c).
  *
  * The classifier of all members is calibrated likewise, with nobody left out.
+ *
+ * Of several structures each is compared in folds of its own (folds_join.c); all that follows works
+ * on the weighted sums of their inner products and on stacked fields (stack.c).
  */
 #include "folds.h"
 #include "frozen.h"
@@ -26,12 +29,15 @@
 
 struct srnf_train_options srnf_train_options_defaults(void)
 {
-    return (struct srnf_train_options){
-        .gauss = true, .registration = srnf_register_options_defaults(), .feature_weight = 1.0};
+    return (struct srnf_train_options){.gauss = true,
+                                       .registration = srnf_register_options_defaults(),
+                                       .feature_weight = 1.0,
+                                       .n_parts = 1};
 }
 
 void srnf_trained_clear(struct srnf_trained *t)
 {
+    srnf_free(t->medoids);
     srnf_free(t->target);
     srnf_free(t->mean_q);
     srnf_pca_clear(&t->pca);
@@ -55,9 +61,22 @@ struct training {
     size_t components; /* of scores that are kept */
     struct subjects subjects;
     const double *priors;
-    const struct srnf_folds *folds;
+    double weights[SRNF_PARTS_MAX];
+    struct srnf_folds *parts;       /* of each structure, kept */
+    const struct srnf_folds *folds; /* of all together: the one part itself, where it is alone */
     struct srnf_trained *out;
 };
+
+/* Of the fold of a member, or of all; NULL without memory. */
+static double *products_of(const struct training *t, size_t member)
+{
+    double *products = srnf_alloc(t->n, t->n * sizeof(double));
+
+    if (products) {
+        folds_sum_products(t->options->n_parts, t->parts, t->weights, member, products);
+    }
+    return products;
+}
 
 /* ---- The calibration of a fold --------------------------------------------------------------- */
 
@@ -293,9 +312,10 @@ static int fold_body(void *argument, size_t subject, const struct srnf_context *
     const struct subjects *s = &t->subjects;
     size_t first = s->members[s->start[subject]];
     struct srnf_platt platt = {0};
-    int status = calibrate(t, t->folds->products[t->folds->templates[first]], subject, context,
-                           &platt, error);
+    double *products = products_of(t, first);
+    int status = products ? calibrate(t, products, subject, context, &platt, error) : SRNF_ENOMEM;
 
+    srnf_free(products);
     for (size_t m = s->start[subject]; m < s->start[subject + 1] && status == SRNF_OK; m++) {
         size_t at = s->members[m] * t->classes;
 
@@ -354,11 +374,28 @@ static void find_nearest(const struct training *t, double *nearest)
     }
 }
 
-static int fit_components(const struct training *t, const struct srnf_grid *grid,
-                          const struct srnf_context *context)
+/* The registered fields, stacked, [n]; those of the parts are let go. */
+static int stack_fields(const struct training *t, const struct srnf_stack *stack, double **q)
+{
+    size_t own = 3 * stats_points(stack->own);
+    size_t size = 3 * stats_points(&stack->grid);
+
+    *q = srnf_alloc(t->n, size * sizeof(double));
+    for (size_t p = 0; p < stack->parts && *q; p++) {
+        for (size_t i = 0; i < t->n; i++) {
+            srnf_stack_put(stack, p, t->parts[p].registered + i * own, *q + i * size);
+        }
+        srnf_free(t->parts[p].registered);
+        t->parts[p].registered = NULL;
+    }
+    return *q ? SRNF_OK : SRNF_ENOMEM;
+}
+
+/* q: the fields, [n]. */
+static int fit_fields(const struct training *t, const struct srnf_grid *grid, const double *q,
+                      const struct srnf_context *context)
 {
     struct srnf_trained *out = t->out;
-    const double *q = t->folds->registered;
     size_t size = 3 * stats_points(grid);
     int status;
 
@@ -383,6 +420,20 @@ static int fit_components(const struct training *t, const struct srnf_grid *grid
     return status ? status
                   : srnf_calibrate(grid, &out->pca, out->mean_q, q, t->options->subjects, context,
                                    &out->calibration);
+}
+
+static int fit_components(const struct training *t, const struct srnf_grid *grid,
+                          const struct srnf_context *context)
+{
+    struct srnf_stack stack;
+    double *q = NULL;
+    int status = srnf_stack_open(grid, t->options->n_parts, t->weights, 0.0, &stack);
+
+    status = status ? status : stack_fields(t, &stack, &q);
+    status = status ? status : fit_fields(t, &stack.grid, q, context);
+    srnf_free(q);
+    srnf_stack_clear(&stack);
+    return status;
 }
 
 static int fit_gauss(const struct training *t, struct srnf_classifier *classifier,
@@ -413,33 +464,42 @@ static int fit_gauss(const struct training *t, struct srnf_classifier *classifie
     return status;
 }
 
+/* What the classifier is made of beside its components, from the products of all. */
+static int fit(const struct training *t, const double *products, struct srnf_error *error)
+{
+    struct srnf_classifier *classifier = &t->out->classifier;
+    const struct frozen_numbers numbers = numbers_of(t);
+
+    *classifier = (struct srnf_classifier){.classes = t->classes};
+    if (t->options->gauss) {
+        return fit_gauss(t, classifier, error);
+    }
+    if (numbers.count == 0) {
+        return SRNF_OK;
+    }
+    classifier->features = numbers.count;
+    classifier->factors = srnf_alloc(numbers.count, sizeof(double));
+    return classifier->factors
+               ? frozen_factors(&t->subjects, products, &numbers, classifier->factors)
+               : SRNF_ENOMEM;
+}
+
 static int freeze(const struct training *t, const struct srnf_context *context,
                   struct srnf_error *error)
 {
     struct srnf_classifier *classifier = &t->out->classifier;
-    const double *products = t->folds->products[t->folds->medoid];
-    int status = SRNF_OK;
+    double *products = products_of(t, SIZE_MAX);
+    int status = products ? fit(t, products, error) : SRNF_ENOMEM;
 
-    *classifier = (struct srnf_classifier){.classes = t->classes};
-    if (t->options->gauss) {
-        status = fit_gauss(t, classifier, error);
-    } else if (t->options->n_features > 0) {
-        const struct frozen_numbers numbers = numbers_of(t);
-
-        classifier->features = numbers.count;
-        classifier->factors = srnf_alloc(numbers.count, sizeof(double));
-        status = classifier->factors
-                     ? frozen_factors(&t->subjects, products, &numbers, classifier->factors)
-                     : SRNF_ENOMEM;
-    }
-    classifier->priors = srnf_alloc(t->classes, sizeof(double));
-    if (status == SRNF_OK && !classifier->priors) {
-        status = SRNF_ENOMEM;
+    if (status == SRNF_OK) {
+        classifier->priors = srnf_alloc(t->classes, sizeof(double));
+        status = classifier->priors ? SRNF_OK : SRNF_ENOMEM;
     }
     if (status == SRNF_OK) {
         memcpy(classifier->priors, t->priors, t->classes * sizeof(double));
         status = calibrate(t, products, NOBODY, context, &classifier->platt, error);
     }
+    srnf_free(products);
     return status;
 }
 
@@ -534,6 +594,23 @@ static int check(size_t n, const size_t *labels, size_t n_classes,
     return SRNF_OK;
 }
 
+static int check_parts(const struct srnf_train_options *options, double *weights,
+                       struct srnf_error *error)
+{
+    if (options->n_parts < 1 || options->n_parts > SRNF_PARTS_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "%zu parts are not 1 to %zu", options->n_parts,
+                         SRNF_PARTS_MAX);
+    }
+    for (size_t p = 0; p < options->n_parts; p++) {
+        weights[p] = options->weights ? options->weights[p] : 1.0;
+        if (!(weights[p] > 0.0 && isfinite(weights[p]))) {
+            return srnf_fail(error, SRNF_EINVAL, (int64_t)p,
+                             "the weight of part %zu is not above 0", p);
+        }
+    }
+    return SRNF_OK;
+}
+
 /* A subject has one label. */
 static int check_labels(const struct training *t, struct srnf_error *error)
 {
@@ -547,36 +624,91 @@ static int check_labels(const struct training *t, struct srnf_error *error)
     return status;
 }
 
-static int train(const struct srnf_sht *sht, struct training *t, const double *const *surfaces,
-                 const struct srnf_context *context, struct srnf_error *error)
+/* Each part by folds of its own. */
+static int compare_parts(const struct srnf_sht *sht, const struct training *t,
+                         const double *const *surfaces, struct stats_part *progress,
+                         struct srnf_error *error)
 {
     struct srnf_folds_options options = srnf_folds_options_defaults();
-    struct stats_part part = {.whole = context, .all = 1.0};
-    struct srnf_context own = stats_part_enter(&part, COST_COMPARISON);
-    struct srnf_folds folds = {0};
-    int status;
+    size_t n_parts = t->options->n_parts;
+    int status = SRNF_OK;
 
     options.registration = t->options->registration;
     options.max_components = t->components;
     options.subjects = t->options->subjects;
     options.keep = true;
-    status =
-        srnf_folds_compare(sht, SRNF_METRIC_SRNF, t->n, surfaces, &options, &own, &folds, error);
-    if (status) {
-        return status;
+    for (size_t p = 0; p < n_parts && status == SRNF_OK; p++) {
+        struct srnf_context own = stats_part_enter(progress, COST_COMPARISON / (double)n_parts);
+
+        status = srnf_folds_compare(sht, SRNF_METRIC_SRNF, t->n, surfaces + p * t->n, &options,
+                                    &own, &t->parts[p], error);
     }
-    t->folds = &folds;
-    t->components = folds.components;
-    t->out->medoid = folds.medoid;
-    t->out->target = srnf_alloc(srnf_coefficient_count(srnf_sht_degree(sht)), 3 * sizeof(double));
-    status = t->out->target ? srnf_normalize(sht, surfaces[folds.medoid], t->out->target, NULL)
-                            : SRNF_ENOMEM;
-    own = stats_part_enter(&part, 1.0 - COST_COMPARISON);
-    status = status ? status : validate(t, &own, error);
-    own.progress = NULL;
-    status = status ? status : fit_components(t, srnf_sht_grid(sht), &own);
-    status = status ? status : freeze(t, &own, error);
-    srnf_folds_clear(&folds);
+    return status;
+}
+
+/* The comparison of all parts together; joint: room for it where they are several. */
+static int join_parts(struct training *t, const struct srnf_context *context,
+                      struct srnf_folds *joint, struct srnf_error *error)
+{
+    struct srnf_context quiet = srnf_quiet(context);
+    int status = SRNF_OK;
+
+    t->folds = t->parts;
+    if (t->options->n_parts > 1 || t->weights[0] != 1.0) {
+        status = srnf_folds_join(t->options->n_parts, t->parts, t->weights, t->components, &quiet,
+                                 joint, error);
+        t->folds = joint;
+    }
+    t->components = t->folds->components;
+    return status;
+}
+
+/* The templates of the classifier of all. */
+static int take_templates(const struct srnf_sht *sht, const struct training *t,
+                          const double *const *surfaces)
+{
+    struct srnf_trained *out = t->out;
+    size_t n_parts = t->options->n_parts;
+    size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
+    int status = SRNF_OK;
+
+    out->medoids = srnf_alloc(n_parts, sizeof *out->medoids);
+    out->target = srnf_alloc(n_parts, count * sizeof(double));
+    if (!out->medoids || !out->target) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t p = 0; p < n_parts && status == SRNF_OK; p++) {
+        out->medoids[p] = t->parts[p].medoid;
+        status = srnf_normalize(sht, surfaces[p * t->n + t->parts[p].medoid],
+                                out->target + p * count, NULL);
+    }
+    return status;
+}
+
+static int train(const struct srnf_sht *sht, struct training *t, const double *const *surfaces,
+                 const struct srnf_context *context, struct srnf_error *error)
+{
+    struct stats_part progress = {.whole = context, .all = 1.0};
+    struct srnf_folds joint = {0};
+    struct srnf_context own;
+    int status;
+
+    t->parts = srnf_alloc(t->options->n_parts, sizeof *t->parts);
+    status = t->parts ? compare_parts(sht, t, surfaces, &progress, error) : SRNF_ENOMEM;
+    if (status == SRNF_OK) {
+        own = stats_part_enter(&progress, 1.0 - COST_COMPARISON);
+        status = join_parts(t, &own, &joint, error);
+        status = status ? status : take_templates(sht, t, surfaces);
+        status = status ? status : validate(t, &own, error);
+        own.progress = NULL;
+        status = status ? status : fit_components(t, srnf_sht_grid(sht), &own);
+        status = status ? status : freeze(t, &own, error);
+    }
+    srnf_folds_clear(&joint);
+    for (size_t p = 0; t->parts && p < t->options->n_parts; p++) {
+        srnf_folds_clear(&t->parts[p]);
+    }
+    srnf_free(t->parts);
     return status;
 }
 
@@ -594,6 +726,7 @@ int srnf_train(const struct srnf_sht *sht, size_t n, const double *const *surfac
     int status;
 
     t.options = options ? options : &defaults;
+    out.n_parts = t.options->n_parts;
     t.classifier = srnf_classify_options_defaults();
     t.classifier.components = t.options->components;
     t.classifier.covariance = t.options->covariance;
@@ -602,6 +735,7 @@ int srnf_train(const struct srnf_sht *sht, size_t n, const double *const *surfac
     t.classifier.size_weight = t.options->feature_weight;
     t.components = t.options->components > COMPONENTS ? t.options->components : COMPONENTS;
     status = check(n, labels, n_classes, t.options, &first);
+    status = status ? status : check_parts(t.options, t.weights, &first);
     status = status ? status : subjects_open(&t.subjects, n, t.options->subjects, &first);
     status = status ? status : check_labels(&t, &first);
     if (status == SRNF_OK) {

@@ -30,6 +30,11 @@
  * NUMBERS BESIDE SHAPE, such as size and covariates, are further features of the Gaussians, before
  * the components; nearest neighbours have the distances of srnf_classify_nearest, with the
  * spreads of those that are trained on.
+ *
+ * SEVERAL STRUCTURES of each subject count together as in srnf_folds_join: each part has a template
+ * of its own, in every fold, and what is said of distances, means and components is of the stacked
+ * fields (srnf_stack), in which the squares of a part have its weight. One part of weight 1 is one
+ * structure, to the last bit.
  */
 #ifndef SRNF_PUBLIC_TRAIN_H
 #define SRNF_PUBLIC_TRAIN_H
@@ -37,6 +42,7 @@
 #include "srnf/base.h"
 #include "srnf/sphere.h"
 #include "srnf/classify.h"
+#include "srnf/parts.h"
 #include "srnf/stats.h"
 #include "srnf/typicality.h"
 
@@ -180,6 +186,8 @@ struct srnf_train_options {
     const double *features; /* [n][n_features] numbers beside shape; default NULL */
     size_t n_features;      /* 0 .. SRNF_FEATURES_MAX, default 0 */
     double feature_weight;  /* of each in distances; 0 .. 1000, default 1: as much as shape */
+    size_t n_parts;         /* structures of each member, 1 .. SRNF_PARTS_MAX; default 1 */
+    const double *weights;  /* [n_parts] above 0, of their squared distances; default NULL: 1 */
 };
 struct srnf_train_options srnf_train_options_defaults(void);
 
@@ -190,11 +198,11 @@ struct srnf_train_options srnf_train_options_defaults(void);
 size_t srnf_train_determined(size_t classes, const size_t *counts, bool pooled, bool open);
 
 struct srnf_trained {
-    size_t n;
-    size_t medoid;                       /* the member that all are registered to: the template */
-    double *target;                      /* [3][(L+1)^2] it, normalized (srnf_normalize) */
-    double *mean_q;                      /* [3][n_theta][n_phi] of the registered */
-    struct srnf_pca pca;                 /* of them, all components */
+    size_t n, n_parts;
+    size_t *medoids;     /* [n_parts] the member that all are registered to */
+    double *target;      /* [n_parts][3][(L+1)^2] it, normalized: the template */
+    double *mean_q;      /* stacked, [3][n_parts n_theta][n_phi]; of the registered */
+    struct srnf_pca pca; /* of them, all components */
     struct srnf_calibration calibration; /* srnf_calibrate */
     double *distances;                   /* [n] from the mean */
     double *residuals;                   /* [n] beyond the components */
@@ -210,10 +218,10 @@ void srnf_trained_clear(struct srnf_trained *trained);
 
 /*
  * Makes a classifier of labelled surfaces, with its nested validation.
- *   surfaces  [in]  n pointers to double[3][(L+1)^2]
+ *   surfaces  [in]  n_parts n pointers to double[3][(L+1)^2], part after part
  *   labels    [in]  [n] below n_classes, each of SRNF_TRAIN_SUBJECTS_MIN subjects at least
  *   trained   [out] srnf_trained_clear; untouched on error
- * Cost: that of srnf_folds_compare, and ten eigenproblems of size n for each subject.
+ * Cost: that of srnf_folds_compare for each part, and ten eigenproblems of size n for each subject.
  * Errors: SRNF_EINVAL (labels, options, subjects too few for the components), SRNF_ENUMERIC,
  * else as srnf_folds_compare.
  */
@@ -227,8 +235,10 @@ SRNF_CHECKED int srnf_train(const struct srnf_sht *sht, size_t n, const double *
 struct srnf_frozen {
     const struct srnf_classifier *classifier;
     const struct srnf_pca *pca;
-    const double *target;  /* [3][(L+1)^2] */
-    const double *mean_q;  /* [3][n_theta][n_phi] */
+    size_t n_parts;        /* structures of a subject, 1 .. SRNF_PARTS_MAX */
+    const double *weights; /* [n_parts] above 0; NULL: 1 */
+    const double *target;  /* [n_parts][3][(L+1)^2] */
+    const double *mean_q;  /* stacked, as the modes of pca */
     const size_t *labels;  /* [pca->n] */
     size_t subjects;       /* whose members these are */
     const double *numbers; /* [pca->n][features of the classifier]; NULL where these are 0 */
@@ -240,10 +250,16 @@ struct srnf_class_prediction {
     double distance;    /* from the mean */
     double mahalanobis; /* of the components that srnf_mahalanobis_components counts */
     double nearest;     /* distance from the nearest training member */
+    /* What each part has in residual and distance, weighted: their squares add up to those. */
+    struct srnf_part_prediction {
+        double residual, distance;
+    } parts[SRNF_PARTS_MAX];
 };
 
 /*
- * Asks a classifier about n surfaces: each is normalized and registered to the template.
+ * Asks a classifier about n surfaces, or subjects of several structures: each surface is normalized
+ * and registered to the template of its part.
+ *   surfaces       [in]  n_parts n pointers to double[3][(L+1)^2], part after part
  *   features       [in]  [n][features of the classifier] numbers beside shape; NULL: it has none
  *   priors         [in]  [classes]; NULL: those of the classifier
  *   predictions    [out] [n]

@@ -20,8 +20,8 @@ json_t *model_record(const struct store_model *model, json_t *mean);
 int model_tag(struct api_call *call, const char *owner, const struct store_labels_held *held,
               char etag[MODEL_ETAG_MAX]);
 
-/* What a stored model is: "components", of pca, "parts", of pca-parts, or "classifier", of train.
-   Static. */
+/* What a stored model is: "components", of pca, "parts", of pca-parts, or "classifier", of train
+   or train-parts. Static. */
 const char *model_kind(const struct store_model *model);
 
 /* The member "madeFrom" of a stored model's record (new reference), an object. */

@@ -60,17 +60,20 @@ void classify_classes_check(struct process_inputs *given, const json_t *cohort, 
 /* classify_numbers.c. The values of the covariates of the members, an array for each, into the
    canonical cohort as "values"; problems name who lacks one. */
 void classify_set_covariates(struct process_inputs *given);
-/* "size" and the covariates, as they are asked for. */
-json_t *classify_number_names(bool with_size, const json_t *covariates);
+/* "size", or "size of .." of each of parts, and the covariates, as they are asked for. parts:
+   names, or NULL of one structure. */
+json_t *classify_number_names(bool with_size, const json_t *parts, const json_t *covariates);
 /*
- * [n][of these] logs of sizes and the covariates, of members that are loaded.
+ * [n][of these] logs of sizes and the covariates, of members that are loaded, part after part.
+ *   n        [in]  subjects: the members of each part
+ *   sizes    [in]  parts whose sizes count: all, or 0
  *   values   [in]  as in the canonical cohort
  *   numbers  [out] srnf_free in any case
  * Errors: as srnf_normalize.
  */
 int classify_numbers(struct jobs_run *run, const struct srnf_sht *sht,
-                     const struct group_input *members, const struct compute_group *group,
-                     bool with_size, const json_t *values, double **numbers);
+                     const struct group_input *members, const struct compute_group *group, size_t n,
+                     size_t sizes, const json_t *values, double **numbers);
 
 /* What a run has loaded and computed. */
 struct classify_answer {

@@ -30,12 +30,16 @@ void classify_set_covariates(struct process_inputs *given)
     json_decref(members);
 }
 
-json_t *classify_number_names(bool with_size, const json_t *covariates)
+json_t *classify_number_names(bool with_size, const json_t *parts, const json_t *covariates)
 {
     json_t *names = json_array();
 
-    if (with_size) {
+    if (with_size && !parts) {
         (void)json_array_append_new(names, json_string("size"));
+    }
+    for (size_t p = 0; with_size && p < json_array_size(parts); p++) {
+        (void)json_array_append_new(
+            names, json_sprintf("size of %s", json_string_value(json_array_get(parts, p))));
     }
     for (size_t k = 0; k < json_array_size(covariates); k++) {
         (void)json_array_append(names, json_array_get(covariates, k));
@@ -44,10 +48,10 @@ json_t *classify_number_names(bool with_size, const json_t *covariates)
 }
 
 int classify_numbers(struct jobs_run *run, const struct srnf_sht *sht,
-                     const struct group_input *members, const struct compute_group *group,
-                     bool with_size, const json_t *values, double **numbers)
+                     const struct group_input *members, const struct compute_group *group, size_t n,
+                     size_t sizes, const json_t *values, double **numbers)
 {
-    size_t n = group->n, count = with_size + json_array_size(values);
+    size_t count = sizes + json_array_size(values);
     double *normalized = srnf_alloc(srnf_coefficient_count(group->degree), 3 * sizeof(double));
     int status = normalized ? SRNF_OK : SRNF_ENOMEM;
 
@@ -56,12 +60,14 @@ int classify_numbers(struct jobs_run *run, const struct srnf_sht *sht,
     for (size_t i = 0; i < n && status == SRNF_OK; i++) {
         double *own = *numbers + i * count;
 
-        if (with_size) {
-            status = srnf_normalize(sht, group->surfaces[i], normalized, own);
-            *own += log(process_scale(run, members->ids[i], group->scales[i]));
+        for (size_t p = 0; p < sizes && status == SRNF_OK; p++) {
+            size_t member = p * n + i;
+
+            status = srnf_normalize(sht, group->surfaces[member], normalized, &own[p]);
+            own[p] += log(process_scale(run, members->ids[member], group->scales[member]));
         }
-        for (size_t k = with_size; k < count; k++) {
-            own[k] = json_number_value(json_array_get(json_array_get(values, k - with_size), i));
+        for (size_t k = sizes; k < count; k++) {
+            own[k] = json_number_value(json_array_get(json_array_get(values, k - sizes), i));
         }
     }
     srnf_free(normalized);

@@ -121,38 +121,6 @@ static double seconds(const struct api_work *work, const json_t *canonical)
 
 /* ---- Running --------------------------------------------------------------------------------- */
 
-/* [n][n_features]: the sizes of the parts, and the covariates; NULL without memory or any. */
-static int find_features(struct jobs_run *run, const struct classify_parts *asked,
-                         const struct srnf_sht *sht, const struct compute_group *group,
-                         double **features, size_t *n_features)
-{
-    const json_t *values = json_object_get(asked->parts.group.cohort, "values");
-    size_t n = asked->parts.n, sizes = asked->scale ? asked->parts.n_parts : 0;
-    size_t count = sizes + json_array_size(values);
-    double *normalized = srnf_alloc(srnf_coefficient_count(group->degree), 3 * sizeof(double));
-    int status = normalized ? SRNF_OK : SRNF_ENOMEM;
-
-    *n_features = count;
-    *features = srnf_alloc(n * count + 1, sizeof(double));
-    status = *features ? status : SRNF_ENOMEM;
-    for (size_t i = 0; i < n && status == SRNF_OK; i++) {
-        double *own = *features + i * count;
-
-        for (size_t p = 0; p < sizes && status == SRNF_OK; p++) {
-            size_t member = p * n + i;
-
-            status = srnf_normalize(sht, group->surfaces[member], normalized, &own[p]);
-            own[p] +=
-                log(process_scale(run, asked->parts.group.ids[member], group->scales[member]));
-        }
-        for (size_t k = sizes; k < count; k++) {
-            own[k] = json_number_value(json_array_get(json_array_get(values, k - sizes), i));
-        }
-    }
-    srnf_free(normalized);
-    return status;
-}
-
 struct joint {
     struct srnf_folds parts[PCA_PARTS_MAX], all;
 };
@@ -275,13 +243,7 @@ static struct srnf_methods_inputs asked_of(const struct classify_parts *asked)
 static int load(struct jobs_run *run, const struct classify_parts *asked,
                 struct classify_answer *answer, struct jobs_result *result)
 {
-    const json_t *cohort = asked->parts.group.cohort;
-    json_t *view = json_pack("{s:O}", "labels", json_object_get(cohort, "subjectLabels"));
-    size_t missing = 0;
-    bool found = view && classify_classes_find(view, NULL, &answer->classes, &missing);
-
-    json_decref(view); /* the names are borrowed from the labels of the cohort */
-    if (!found) {
+    if (!classify_parts_classes(asked->parts.group.cohort, &answer->classes)) {
         return compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
     }
     return group_load(run, &asked->parts.group, true, (size_t)asked->parts.mean.lmax,
@@ -295,6 +257,8 @@ static int run_all(struct jobs_run *run, const struct classify_parts *asked,
     struct jobs *jobs = jobs_run_jobs(run);
     const struct srnf_sht *sht = NULL;
     struct srnf_error error = {.element = -1};
+    const json_t *values = json_object_get(asked->parts.group.cohort, "values");
+    size_t sizes = asked->scale ? asked->parts.n_parts : 0;
     double *features = NULL;
     int status = load(run, asked, answer, result);
 
@@ -308,9 +272,10 @@ static int run_all(struct jobs_run *run, const struct classify_parts *asked,
     }
     jobs_run_keep_parts(run);
     compute_searches_spread(run);
-    status = find_features(run, asked, sht, &answer->group, &features,
-                           &answer->asked.classifier.n_features);
+    status = classify_numbers(run, sht, &asked->parts.group, &answer->group, asked->parts.n, sizes,
+                              values, &features);
     answer->asked.classifier.features = features;
+    answer->asked.classifier.n_features = sizes + json_array_size(values);
     status = status ? status : compute(run, asked, sht, answer, alone, &error);
     jobs_transform_release(jobs, sht);
     answer->asked.classifier.features = NULL;

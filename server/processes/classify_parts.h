@@ -25,6 +25,19 @@ struct classify_parts_alone {
 /* classify_parts_inputs.c: for complete. The canonical cohort gets subjectLabels and values, of the
    covariates, an array for each; problems name who lacks what. */
 void classify_parts_complete(struct process_inputs *given);
+/* The same for other processes of labelled subjects, whose classes have `least` subjects each and
+   are judged by check (classify_classes_check); memory for `copies` fields of each member. */
+void classify_parts_describe(struct process_inputs *given, size_t copies, size_t least,
+                             void (*check)(struct process_inputs *given,
+                                           const struct classify_classes *classes,
+                                           size_t smallest));
+/* The values of covariates of the n subjects, an array for each name, into the canonical cohort;
+   false with a problem noted. */
+bool classify_parts_values(struct process_inputs *given, const json_t *names, size_t n);
+/* The numbers beside shape: sizes of the parts, and covariates. */
+size_t classify_parts_count(const json_t *canonical);
+/* The classes of the subjects of a canonical cohort; false: no memory. */
+bool classify_parts_classes(const json_t *cohort, struct classify_classes *classes);
 
 /* classify_parts_result.c: the result document; NULL with the problem set.
      answer  of the subjects

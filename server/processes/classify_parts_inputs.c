@@ -71,10 +71,9 @@ static void fill_in(json_t *known, json_t *own)
 }
 
 /* What the members of each subject say of it, [n]; NULL with a problem noted. */
-static json_t *gather(struct process_inputs *given, size_t n)
+static json_t *gather(struct process_inputs *given, const json_t *names, size_t n)
 {
     const json_t *cohort = json_object_get(given->canonical, "cohort");
-    const json_t *names = json_object_get(given->canonical, "covariates");
     json_t *members = group_stored_members(given), *by_subject = json_object(),
            *list = json_array();
     bool good = members != NULL;
@@ -166,30 +165,39 @@ static bool check_value(struct process_inputs *given, const json_t *subjects, co
     return true;
 }
 
-/* The values of the covariates of the subjects; false with a problem noted. */
-static bool set_values(struct process_inputs *given, size_t n)
+bool classify_parts_values(struct process_inputs *given, const json_t *names, size_t n)
 {
-    const json_t *names = json_object_get(given->canonical, "covariates");
-    json_t *subjects = gather(given, n), *values;
+    json_t *subjects = gather(given, names, n);
     bool good = subjects != NULL;
 
     for (size_t k = 0; good && k < json_array_size(names); k++) {
         good = check_value(given, subjects, json_string_value(json_array_get(names, k)), k);
     }
-    if (!good) {
-        json_decref(subjects);
+    if (good) {
+        (void)json_object_set_new(json_object_get(given->canonical, "cohort"), "values",
+                                  covariate_values(given, subjects, names));
+    }
+    json_decref(subjects);
+    return good;
+}
+
+/* Those of the input covariates, which must each tell something. */
+static bool set_values(struct process_inputs *given, size_t n)
+{
+    const json_t *names = json_object_get(given->canonical, "covariates");
+
+    if (!classify_parts_values(given, names, n)) {
         return false;
     }
-    values = covariate_values(given, subjects, names);
-    json_decref(subjects);
     if (!given->list->errors) {
-        covariates_check(given, names, values);
+        const json_t *cohort = json_object_get(given->canonical, "cohort");
+
+        covariates_check(given, names, json_object_get(cohort, "values"));
     }
-    (void)json_object_set_new(json_object_get(given->canonical, "cohort"), "values", values);
     return !given->list->errors;
 }
 
-static size_t count_features(const json_t *canonical)
+size_t classify_parts_count(const json_t *canonical)
 {
     const json_t *cohort = json_object_get(canonical, "cohort");
     bool sizes = inputs_chose(canonical, "scale", "shape-and-size");
@@ -198,12 +206,23 @@ static size_t count_features(const json_t *canonical)
            (sizes ? json_array_size(json_object_get(cohort, "parts")) : 0);
 }
 
+bool classify_parts_classes(const json_t *cohort, struct classify_classes *classes)
+{
+    json_t *view = json_pack("{s:O}", "labels", json_object_get(cohort, "subjectLabels"));
+    size_t missing = 0;
+    bool found = view && classify_classes_find(view, NULL, classes, &missing);
+
+    json_decref(view); /* the names are borrowed from the labels of the cohort */
+    return found;
+}
+
 /* Whether the folds have training subjects enough for what is asked of them. */
 static void check_folds(struct process_inputs *given, const struct classify_classes *classes,
                         size_t smallest)
 {
     long components = (long)json_integer_value(json_object_get(given->canonical, "components"));
-    size_t features = (components ? (size_t)components : 1) + count_features(given->canonical);
+    size_t features =
+        (components ? (size_t)components : 1) + classify_parts_count(given->canonical);
     size_t freedom = inputs_chose(given->canonical, "covariance", "class")
                          ? classes->subjects[smallest] - 2
                          : classes->determined;
@@ -233,7 +252,9 @@ static void check_methods(struct process_inputs *given)
     }
 }
 
-void classify_parts_complete(struct process_inputs *given)
+void classify_parts_describe(struct process_inputs *given, size_t copies, size_t least,
+                             void (*check)(struct process_inputs *given,
+                                           const struct classify_classes *classes, size_t smallest))
 {
     json_t *cohort = json_object_get(given->canonical, "cohort");
     size_t members = json_array_size(json_object_get(cohort, "surfaces"));
@@ -241,8 +262,7 @@ void classify_parts_complete(struct process_inputs *given)
     json_t *view;
     size_t n;
 
-    check_methods(given);
-    inputs_check_memory(given, members, degree, COPIES, 0.0);
+    inputs_check_memory(given, members, degree, copies, 0.0);
     if (!given->list->errors) {
         pca_parts_describe(given);
     }
@@ -253,7 +273,13 @@ void classify_parts_complete(struct process_inputs *given)
     if (set_labels(given, n) && set_values(given, n)) {
         view =
             json_pack("{s:O, s:n}", "labels", json_object_get(cohort, "subjectLabels"), "subjects");
-        classify_classes_check(given, view, SUBJECTS_MIN, check_folds);
+        classify_classes_check(given, view, least, check);
         json_decref(view);
     }
+}
+
+void classify_parts_complete(struct process_inputs *given)
+{
+    check_methods(given);
+    classify_parts_describe(given, COPIES, SUBJECTS_MIN, check_folds);
 }

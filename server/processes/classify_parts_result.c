@@ -80,21 +80,6 @@ static json_t *parts_json(const struct classify_parts *asked, const struct class
     return parts;
 }
 
-static json_t *features_json(const struct classify_parts *asked)
-{
-    const json_t *names = json_object_get(asked->parts.group.cohort, "parts");
-    json_t *features = json_array();
-
-    for (size_t p = 0; asked->scale && p < asked->parts.n_parts; p++) {
-        (void)json_array_append_new(
-            features, json_sprintf("size of %s", json_string_value(json_array_get(names, p))));
-    }
-    for (size_t k = 0; k < json_array_size(asked->covariates); k++) {
-        (void)json_array_append(features, json_array_get(asked->covariates, k));
-    }
-    return features;
-}
-
 static void warn(struct jobs_run *run, const struct classify_parts *asked,
                  const struct classify_answer *answer, const json_t *subjects, json_t *document)
 {
@@ -134,13 +119,15 @@ json_t *classify_parts_document(struct jobs_run *run, const struct classify_part
         (void)json_array_append_new(order, json_string(classes->names[c]));
     }
     subjects = subject_names(asked);
-    document = json_pack("{s:o, s:o, s:o, s:o, s:I, s:f, s:f, s:o, s:I, s:o}", "methods",
-                         classify_methods_json(&asked->methods, answer, subjects), "comparisons",
-                         comparisons, "parts", parts, "features", features_json(asked), "subjects",
-                         (json_int_t)classes->n, "chance", 1.0 / (double)classes->count,
-                         "majorityRate", answer->results[0].majority, "classes", order, "lmax",
-                         (json_int_t)answer->group.degree, "registration",
-                         registration_json(&answer->asked.comparison.registration));
+    document = json_pack(
+        "{s:o, s:o, s:o, s:o, s:I, s:f, s:f, s:o, s:I, s:o}", "methods",
+        classify_methods_json(&asked->methods, answer, subjects), "comparisons", comparisons,
+        "parts", parts, "features",
+        classify_number_names(asked->scale != 0, json_object_get(group->cohort, "parts"),
+                              asked->covariates),
+        "subjects", (json_int_t)classes->n, "chance", 1.0 / (double)classes->count, "majorityRate",
+        answer->results[0].majority, "classes", order, "lmax", (json_int_t)answer->group.degree,
+        "registration", registration_json(&answer->asked.comparison.registration));
     permutation_set_test(document, &answer->results[0].test);
     routes_set_bridged(document, group->n, group->ids, answer->group.bridged);
     warn(run, asked, answer, subjects, document);

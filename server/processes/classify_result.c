@@ -207,8 +207,9 @@ json_t *classify_document(struct jobs_run *run, const struct classify *classify,
     (void)json_object_set_new(document, "methods",
                               classify_methods_json(&classify->methods, answer, subjects));
     (void)json_object_set_new(document, "comparisons", comparisons);
-    (void)json_object_set_new(document, "features",
-                              classify_number_names(classify->scale != 0, classify->covariates));
+    (void)json_object_set_new(
+        document, "features",
+        classify_number_names(classify->scale != 0, NULL, classify->covariates));
     (void)json_object_set_new(document, "members", json_integer((json_int_t)classes->n));
     (void)json_object_set_new(document, "subjects", json_integer((json_int_t)group->n_subjects));
     (void)json_object_set_new(document, "chance", json_real(1.0 / (double)classes->count));

@@ -28,6 +28,9 @@ extern const struct input_own pca_parts_cohort, pca_parts_by, pca_parts_weights;
 /* For complete: the parts and subjects of the canonical cohort, whose members are put part after
    part; or problems that name who lacks a part. */
 void pca_parts_describe(struct process_inputs *given);
+/* The same for a model of several structures: its parts are the cohort's, in its order. Any number
+   of subjects will do, and weights are not read. */
+void pca_parts_sort(struct process_inputs *given, const json_t *names);
 
 /* ---- pca_parts_result.c ---------------------------------------------------------------------- */
 
@@ -45,8 +48,20 @@ json_t *pca_parts_keep(struct jobs_run *run, const struct pca_parts *asked,
                        const struct compute_parts_outputs *found, const json_t *document,
                        struct jobs_result *result);
 
+/* The member madeFrom of a model of several structures (new reference): what is told of members is
+   of subjects, but for their surfaces and what stands for those. */
+struct model_parts; /* toolkit/model_keep.h */
+json_t *pca_parts_making(struct jobs_run *run, const char *process, const struct group_input *group,
+                         size_t n, const struct model_parts *numbers,
+                         const struct srnf_register_options *registration);
+
 /* ---- pca_parts_doubts.c ---------------------------------------------------------------------- */
 
+/* The members of a part: borrowed but for surfaces and cohort, which are new references. */
+struct group_input pca_parts_members(const struct pca_parts *asked, size_t part);
+/* Adds the warnings of a document, which is taken over, by the name of the part. what: "modes"
+   where they are of its modes, or NULL. */
+void pca_parts_tell(json_t *warnings, json_t *document, const char *part, const char *what);
 /* Adds the warnings of each part, by its name: of its members, its mean and its modes. false with
    the problem set. */
 bool pca_parts_warn(struct jobs_run *run, const struct pca_parts *asked,

@@ -117,6 +117,7 @@ const struct input_own pca_parts_weights = {
 struct sorting {
     struct process_inputs *given;
     json_t *members;
+    const json_t *known; /* names of all parts that there may be; NULL: those that there are */
     size_t n, n_parts, n_subjects;
     const char *parts[PCA_PARTS_MAX];
     size_t *of;    /* [n] subject number: the first member of the same */
@@ -150,6 +151,14 @@ static bool find_part(struct sorting *s, size_t i)
         if (strcmp(s->parts[s->part[i]], name) == 0) {
             return true;
         }
+    }
+    if (s->known) {
+        char text[MODEL_NAMES_MAX];
+
+        problem_add(s->given->list, POINTER,
+                    "member %zu (%.40s) is part \"%.60s\", which is none of the model's parts: %s",
+                    i, text_of(s, i, "id"), name, model_names_text(s->known, text));
+        return false;
     }
     if (s->n_parts == PCA_PARTS_MAX) {
         problem_add(s->given->list, POINTER, "has more than %d parts by \"%.60s\"", PCA_PARTS_MAX,
@@ -203,11 +212,12 @@ static bool find_places(struct sorting *s)
         }
         s->n_subjects += s->of[i] == i;
     }
-    if (s->n_subjects < PROCESS_GROUP_MIN) {
+    if (!s->known && s->n_subjects < PROCESS_GROUP_MIN) {
         problem_add(s->given->list, POINTER, "has %zu subject; %d are needed", s->n_subjects,
                     PROCESS_GROUP_MIN);
+        return false;
     }
-    return s->n_subjects >= PROCESS_GROUP_MIN;
+    return true;
 }
 
 /* The members of the canonical cohort, part after part. */
@@ -303,13 +313,17 @@ static bool open_sorting(struct sorting *s)
     return true;
 }
 
-void pca_parts_describe(struct process_inputs *given)
+/* known: as in struct sorting. */
+static void describe(struct process_inputs *given, const json_t *known)
 {
-    struct sorting s = {.given = given, .members = group_stored_members(given)};
+    struct sorting s = {.given = given, .members = group_stored_members(given), .known = known};
 
+    for (size_t p = 0; p < json_array_size(known) && p < PCA_PARTS_MAX; p++) {
+        s.parts[s.n_parts++] = json_string_value(json_array_get(known, p));
+    }
     if (!given->answered && open_sorting(&s) && find_parts(&s) && find_places(&s)) {
         sort_members(&s);
-        if (check_routes(&s)) {
+        if (check_routes(&s) && !known) {
             set_weights(&s);
         }
     }
@@ -317,4 +331,14 @@ void pca_parts_describe(struct process_inputs *given)
     srnf_free(s.part);
     srnf_free(s.place);
     json_decref(s.members);
+}
+
+void pca_parts_describe(struct process_inputs *given)
+{
+    describe(given, NULL);
+}
+
+void pca_parts_sort(struct process_inputs *given, const json_t *names)
+{
+    describe(given, names);
 }

@@ -12,8 +12,7 @@
 #include "toolkit/handedness.h"
 #include "toolkit/typicality.h"
 
-/* Those of `document`, which is taken over, with the name of the part. what: "modes", or NULL. */
-static void tell_of_part(json_t *warnings, json_t *document, const char *part, const char *what)
+void pca_parts_tell(json_t *warnings, json_t *document, const char *part, const char *what)
 {
     json_t *entry;
     size_t i;
@@ -84,7 +83,7 @@ static bool warn_mean(struct jobs_run *run, const struct group_mean *mean, const
 
         answers_warn_energies(energy, document);
         json_decref(energy);
-        tell_of_part(warnings, document, part, NULL);
+        pca_parts_tell(warnings, document, part, NULL);
     }
     return document != NULL;
 }
@@ -99,7 +98,23 @@ static void warn_modes(const struct compute_parts_outputs *found, size_t p, cons
     }
     answers_warn_energies(energies, document);
     json_decref(energies);
-    tell_of_part(warnings, document, part, "modes");
+    pca_parts_tell(warnings, document, part, "modes");
+}
+
+struct group_input pca_parts_members(const struct pca_parts *asked, size_t part)
+{
+    const struct group_input *group = &asked->group;
+    size_t from = part * asked->n;
+
+    return (struct group_input){
+        .n = asked->n,
+        .ids = group->ids + from,
+        .subjects = group->subjects + from,
+        .n_subjects = asked->n,
+        .largest = 1,
+        .surfaces = slice(group->surfaces, from, asked->n),
+        .cohort = cohort_of(group->cohort, from, asked->n),
+    };
 }
 
 bool pca_parts_warn(struct jobs_run *run, const struct pca_parts *asked,
@@ -114,15 +129,7 @@ bool pca_parts_warn(struct jobs_run *run, const struct pca_parts *asked,
     for (size_t p = 0; p < found->n_parts && good; p++) {
         const char *name =
             json_string_value(json_array_get(json_object_get(group->cohort, "parts"), p));
-        struct group_input members = {
-            .n = asked->n,
-            .ids = group->ids + p * asked->n,
-            .subjects = group->subjects + p * asked->n,
-            .n_subjects = asked->n,
-            .largest = 1,
-            .surfaces = slice(group->surfaces, p * asked->n, asked->n),
-            .cohort = cohort_of(group->cohort, p * asked->n, asked->n),
-        };
+        struct group_input members = pca_parts_members(asked, p);
         const struct group_mean mean = {
             .members = &members,
             .inputs = {.registration = inputs->registration,

@@ -24,23 +24,20 @@ static json_t *first(const json_t *all, size_t n)
     return list;
 }
 
-static json_t *made_from(struct jobs_run *run, const struct pca_parts *asked,
-                         const struct compute_parts_inputs *inputs,
-                         const struct model_parts *numbers)
+json_t *pca_parts_making(struct jobs_run *run, const char *process, const struct group_input *group,
+                         size_t n, const struct model_parts *numbers,
+                         const struct srnf_register_options *registration)
 {
-    const struct group_input *group = &asked->group;
     const struct compute_group *loaded = numbers->group;
-    json_t *made = model_making(run, "pca-parts", group, numbers, inputs->registration,
+    json_t *made = model_making(run, process, group, numbers, registration,
                                 (const char(*)[STORE_ID_MAX])loaded->ids);
 
     (void)json_object_set_new(made, "shapes",
                               model_ids(loaded->n, (const char(*)[STORE_ID_MAX])loaded->contents));
     (void)json_object_set_new(made, "subjects",
-                              first(json_object_get(group->cohort, "subjects"), asked->n));
-    (void)json_object_set_new(made, "labels",
-                              first(json_object_get(group->cohort, "subjects"), asked->n));
-    (void)json_object_set_new(made, "groups",
-                              first(json_object_get(group->cohort, "labels"), asked->n));
+                              first(json_object_get(group->cohort, "subjects"), n));
+    (void)json_object_set_new(made, "labels", first(json_object_get(group->cohort, "subjects"), n));
+    (void)json_object_set_new(made, "groups", first(json_object_get(group->cohort, "labels"), n));
     return made;
 }
 
@@ -103,6 +100,7 @@ json_t *pca_parts_keep(struct jobs_run *run, const struct pca_parts *asked,
     record = json_pack("{s:o, s:o, s:o, s:o}", "totalVariance", json_finite(joint->total_variance),
                        "parts", parts_of(parts), "positions",
                        positions_of(json_object_get(document, "positions")), "madeFrom",
-                       made_from(run, asked, inputs, &numbers));
+                       pca_parts_making(run, "pca-parts", &asked->group, asked->n, &numbers,
+                                        inputs->registration));
     return model_keep(run, &numbers, record, json_deep_copy(mean), result);
 }

@@ -78,19 +78,28 @@ static const struct input_own priors_own = {
     .type = type_priors,
     .clear = clear_priors,
 };
-static const struct input_own surfaces_own = GROUP_SURFACES_OWN("\"array\"", 1, PROCESS_GROUP_MAX);
 
 static const struct process_input inputs[] = {
-    {"model", INPUT_MODEL, offsetof(struct predict, model), "A classifier, made by train.",
-     .required = true, .model_kind = "classifier"},
+    {"model", INPUT_MODEL, offsetof(struct predict, model),
+     "A classifier, made by train or train-parts.", .required = true, .model_kind = "classifier"},
     {"surfaces", INPUT_OWN, offsetof(struct predict, group),
-     "The surfaces, one at least, or cohort instead. Meshes are encoded with the default options, "
+     "The surfaces, one at least, or cohort, or of a classifier of several structures parts, "
+     "instead. Meshes are encoded with the default options, "
      "and at the degree of the classifier where it was trained on surfaces.",
-     .own = &surfaces_own, .lowest = 1},
+     .own = &predict_surfaces, .lowest = 1},
     {"cohort", INPUT_OWN, offsetof(struct predict, group),
      "Name of a cohort, instead of surfaces. Where its members have labels of the classifier's "
-     "classes, predictions are compared with them.",
-     .own = &group_cohort, .lowest = 1},
+     "classes, predictions are compared with them. For a classifier of several structures its "
+     "members have a subject and, as a covariate, the name of their part, as for train-parts.",
+     .own = &predict_cohort, .lowest = 1},
+    {"parts", INPUT_OWN, offsetof(struct predict, group),
+     "For a classifier of several structures: {name: surface}, one for each of its parts, or a "
+     "list of these, one for each subject. Each surface is registered to the template of its part.",
+     .own = &predict_parts},
+    {"by", INPUT_OWN, offsetof(struct predict, group),
+     "Of a classifier of several structures: the covariate of the cohort that names the part. "
+     "null: part.",
+     .own = &predict_by},
     {"mixedRoutes", INPUT_BOOLEAN, offsetof(struct predict, group.mixed_routes),
      GROUP_MIXED_ROUTES_TEXT, .fallback = 0},
     {"priors", INPUT_OWN, offsetof(struct predict, priors),
@@ -98,8 +107,8 @@ static const struct process_input inputs[] = {
      "surfaces come from. null: those of the classifier.",
      .own = &priors_own},
     {"covariates", INPUT_OWN, offsetof(struct predict, covariates),
-     "Of surfaces, for a classifier that takes covariates: an object of these for each, in their "
-     "order. Those of a cohort are its members'.",
+     "Of surfaces or parts, for a classifier that takes covariates: an object of these for each, "
+     "in their order. Those of a cohort are its members'.",
      .own = &predict_covariates},
     HANDEDNESS_INPUT(predict, "the mirror images of the surfaces as well, and to warn where one"),
     {.name = NULL},
@@ -107,7 +116,11 @@ static const struct process_input inputs[] = {
 
 static const struct process_output outputs[] = {
     {"predictions", OUTPUT_OBJECTS,
-     "Of each surface: surface, its id; subject, of the cohort's member, or its name; label, the "
+     "Of each surface, or subject of several structures: surface, its id, or null; subject, of the "
+     "cohort's member, or its name, or that of its first part; parts, null or for each part "
+     "[{name, "
+     "surface, distance, residual}], weighted, whose squares add up to those of the subject; "
+     "label, the "
      "class of the largest probability; probabilities, calibrated, of each class; logLikelihoods "
      "or nearestDistances, the evidence that they come from; numbers, those beside shape that "
      "counted, by name, size as a length, or null; truth, the label in the cohort, or "
@@ -159,12 +172,15 @@ static void check_priors(struct process_inputs *given, const struct store_model 
 static void complete(struct process_inputs *given)
 {
     const char *id = json_string_value(json_object_get(given->canonical, "model"));
-    size_t n = json_array_size(json_object_get(given->canonical, "surfaces"));
     struct store_model model = {.record = NULL};
 
-    if (id && store_model_get_as(given->call->api->config.store, given->call->request->caller.name,
-                                 id, 0, &model) == 0) {
-        inputs_check_memory(given, n, (long)model.lmax, COPIES, 0.0);
+    if (id &&
+        store_model_get_as(given->call->api->config.store, given->call->request->caller.name, id, 0,
+                           &model) == 0 &&
+        predict_check_parts(given, &model)) {
+        const json_t *surfaces = json_object_get(given->canonical, "surfaces");
+
+        inputs_check_memory(given, json_array_size(surfaces), (long)model.lmax, COPIES, 0.0);
         if (json_is_object(json_object_get(given->canonical, "priors"))) {
             check_priors(given, &model);
         }
@@ -201,6 +217,7 @@ static void answer_clear(struct predict_answer *answer)
 
 static bool answer_open(struct predict_answer *answer, size_t n, size_t classes)
 {
+    answer->n = n;
     answer->priors = srnf_alloc(classes, sizeof(double));
     answer->predictions = srnf_alloc(n, sizeof *answer->predictions);
     answer->evidence = srnf_alloc(n, classes * sizeof(double));
@@ -237,21 +254,20 @@ static int judge(const struct kept *kept, size_t i, size_t member, struct predic
     return status == SRNF_EINVAL ? SRNF_ENUMERIC : status;
 }
 
-/* The training member with the same content, or their number. */
-static size_t find_member(const struct kept *kept, const char *content)
+size_t predict_member(const struct kept *kept, const struct predict_answer *answer, size_t i)
 {
-    const json_t *contents = json_object_get(kept->made, "contents");
-    size_t i = 0;
+    const json_t *shapes = json_object_get(kept->made, "shapes"); /* of several structures */
+    const json_t *contents = shapes ? shapes : json_object_get(kept->made, "contents");
+    size_t n = kept->model.pca.n, n_parts = kept->model.joint.n_parts, member = 0, part = 0;
 
-    while (i < kept->model.pca.n) {
-        const char *own = json_string_value(json_array_get(contents, i));
+    while (member < n && part < n_parts) {
+        const char *own = json_string_value(json_array_get(contents, part * n + member));
+        bool same = own && strcmp(own, answer->group.contents[part * answer->n + i]) == 0;
 
-        if (own && strcmp(own, content) == 0) {
-            break;
-        }
-        i++;
+        member += !same;
+        part = same ? part + 1 : 0;
     }
-    return i;
+    return member;
 }
 
 static int finish(const struct kept *kept, struct predict_answer *answer,
@@ -260,8 +276,8 @@ static int finish(const struct kept *kept, struct predict_answer *answer,
     size_t k = kept->classes;
     int status = 0;
 
-    for (size_t i = 0; i < answer->group.n && status == 0; i++) {
-        size_t member = find_member(kept, answer->group.contents[i]);
+    for (size_t i = 0; i < answer->n && status == 0; i++) {
+        size_t member = predict_member(kept, answer, i);
 
         answer->trained[i] = member < kept->model.pca.n;
         answer->predicted[i] =
@@ -271,81 +287,41 @@ static int finish(const struct kept *kept, struct predict_answer *answer,
     return status ? compute_fail(result, status, NULL, "comparing with the training members") : 0;
 }
 
-/* The mirror images asked as the surfaces were, but for training members. */
-static int ask_mirrored(struct jobs_run *run, const struct srnf_sht *sht,
-                        const struct srnf_frozen *frozen, const struct kept *kept,
-                        struct predict_answer *answer, struct srnf_error *error)
+/* Loads what is asked about, and the priors. */
+static int load(struct jobs_run *run, const struct predict *predict, const struct kept *kept,
+                struct predict_answer *answer, struct jobs_result *result)
 {
-    struct srnf_context context = *jobs_run_context(run);
-    size_t n = answer->group.n, k = kept->classes, asked = 0;
-    size_t count = 3 * srnf_coefficient_count(answer->group.degree);
-    double *images = srnf_alloc(n, count * sizeof(double));
-    const double **surfaces = srnf_alloc(n, sizeof *surfaces);
-    size_t beside = kept->classifier.features;
-    double *numbers = srnf_alloc(n, 2 * k * sizeof(double));
-    double *features = srnf_alloc(n * beside + 1, sizeof(double));
-    struct srnf_class_prediction *found = srnf_alloc(n, sizeof *found);
-    int status = images && surfaces && numbers && features && found ? 0 : SRNF_ENOMEM;
-
-    context.progress = NULL;
-    for (size_t i = 0; i < n && status == 0; i++) {
-        if (find_member(kept, answer->group.contents[i]) == kept->model.pca.n) {
-            surfaces[asked] = images + asked * count;
-            memcpy(features + asked * beside, answer->numbers + i * beside,
-                   beside * sizeof(double));
-            memcpy(images + asked * count, answer->group.surfaces[i], count * sizeof(double));
-            srnf_surface_mirror(answer->group.degree, images + asked++ * count);
-        }
-    }
-    if (status == 0 && asked > 0) {
-        status = srnf_predict(sht, frozen, asked, surfaces, features, &kept->registration,
-                              answer->priors, &context, found, numbers, numbers + n * k, error);
-    }
-    for (size_t i = 0, at = 0; i < n && status == 0; i++) {
-        if (find_member(kept, answer->group.contents[i]) == kept->model.pca.n) {
-            answer->mirrored[i] = found[at++].nearest;
-        }
-    }
-    srnf_free(images);
-    srnf_free(surfaces);
-    srnf_free(features);
-    srnf_free(numbers);
-    srnf_free(found);
-    return status;
-}
-
-static int compute(struct jobs_run *run, const struct predict *predict, const struct kept *kept,
-                   struct predict_answer *answer, struct jobs_result *result)
-{
-    const struct srnf_frozen frozen = {.classifier = &kept->classifier,
-                                       .pca = &kept->model.pca,
-                                       .target = kept->template.coefficients,
-                                       .mean_q = kept->model.stored.arrays[STORE_MODEL_MEAN_Q],
-                                       .labels = kept->labels,
-                                       .subjects = kept->subjects,
-                                       .numbers = kept->numbers};
-    const struct store_model *stored = &kept->model.stored;
-    const struct srnf_sht *sht = NULL;
-    struct srnf_error error = {0};
     struct group_input group = predict->group; /* a view */
-    int status;
 
-    group.mesh_degree = model_mesh_degree(&kept->model.stored, kept->made);
-    status = group_load(run, &group, true, (size_t)stored->lmax, &answer->group, result);
-
-    if (status) {
-        return status;
-    }
     for (size_t c = 0; c < kept->classes; c++) {
         const json_t *prior = json_object_get(predict->priors, kept->names[c]);
 
         answer->priors[c] = prior ? json_number_value(prior) : kept->classifier.priors[c];
     }
-    status =
-        jobs_transform_acquire(jobs_run_jobs(run), (size_t)stored->lmax, SRNF_GRID_GAUSS_LEGENDRE,
-                               (size_t)stored->n_theta, (size_t)stored->n_phi, &sht);
+    group.mesh_degree = model_mesh_degree(&kept->model.stored, kept->made);
+    return group_load(run, &group, true, (size_t)kept->model.stored.lmax, &answer->group, result);
+}
+
+static int compute(struct jobs_run *run, const struct predict *predict, const struct kept *kept,
+                   struct predict_answer *answer, struct jobs_result *result)
+{
+    const struct compute_joint *joint = &kept->model.joint;
+    const struct srnf_frozen frozen = {.classifier = &kept->classifier,
+                                       .pca = &kept->model.pca,
+                                       .n_parts = joint->n_parts,
+                                       .weights = joint->weights,
+                                       .target = kept->target,
+                                       .mean_q = kept->model.stored.arrays[STORE_MODEL_MEAN_Q],
+                                       .labels = kept->labels,
+                                       .subjects = kept->subjects,
+                                       .numbers = kept->numbers};
+    const struct srnf_sht *sht = NULL;
+    struct srnf_error error = {0};
+    int status = load(run, predict, kept, answer, result);
+
+    status = status ? status : compute_model_transform(run, &kept->model, &sht, result);
     if (status) {
-        return compute_fail(result, status, NULL, "preparing the harmonic transform");
+        return status;
     }
     status =
         predict_load_numbers(run, predict, kept, sht, &answer->group, &answer->numbers, result);
@@ -354,18 +330,31 @@ static int compute(struct jobs_run *run, const struct predict *predict, const st
         return status;
     }
     jobs_run_phase(run, 100.0);
-    status = srnf_predict(sht, &frozen, answer->group.n, answer->group.surfaces, answer->numbers,
+    status = srnf_predict(sht, &frozen, answer->n, answer->group.surfaces, answer->numbers,
                           &kept->registration, answer->priors, jobs_run_context(run),
                           answer->predictions, answer->evidence, answer->probabilities, &error);
-    for (size_t i = 0; i < answer->group.n && status == 0; i++) {
+    for (size_t i = 0; i < answer->n && status == 0; i++) {
         answer->nearest[i] = answer->mirrored[i] = answer->predictions[i].nearest;
     }
     if (status == 0 && predict->handedness == HANDEDNESS_CHECK) {
-        status = ask_mirrored(run, sht, &frozen, kept, answer, &error);
+        status = predict_mirrored(run, sht, &frozen, kept, answer, &error);
     }
     jobs_transform_release(jobs_run_jobs(run), sht);
     return status ? compute_fail(result, status, &error, "asking the classifier")
                   : finish(kept, answer, result);
+}
+
+/* Those of the first structure stand for the subjects. */
+static json_t *describe(struct jobs_run *run, const struct predict *predict,
+                        const struct kept *kept, const struct predict_answer *answer,
+                        struct jobs_result *result)
+{
+    struct group_input subjects = predict_subjects(&predict->group, kept->model.joint.n_parts);
+    json_t *document = predict_document(run, &subjects, kept, answer, result);
+
+    json_decref(subjects.surfaces);
+    json_decref(subjects.cohort);
+    return document;
 }
 
 static json_t *run_predict(struct jobs_run *run, const void *typed, struct jobs_result *result)
@@ -376,10 +365,10 @@ static json_t *run_predict(struct jobs_run *run, const void *typed, struct jobs_
     json_t *document = NULL;
 
     if (kept_load(run, predict->model, &kept, result) == 0) {
-        if (!answer_open(&answer, predict->group.n, kept.classes)) {
+        if (!answer_open(&answer, predict->group.n / kept.model.joint.n_parts, kept.classes)) {
             (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         } else if (compute(run, predict, &kept, &answer, result) == 0) {
-            document = predict_document(run, &predict->group, &kept, &answer, result);
+            document = describe(run, predict, &kept, &answer, result);
         }
     }
     answer_clear(&answer);

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "toolkit/model.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/typicality.h"
 #include "api/models.h"
@@ -21,11 +22,16 @@ void kept_clear(struct kept *kept)
     srnf_free(kept->weights);
     srnf_free(kept->nearest);
     srnf_free(kept->numbers);
+    srnf_free(kept->target);
     json_decref(kept->record);
     json_decref(kept->made);
-    compute_surface_clear(&kept->template);
     compute_model_clear(&kept->model);
     *kept = (struct kept){.method = NULL};
+}
+
+const char *predict_what(const struct kept *kept)
+{
+    return kept->parts ? "Subject" : "Surface";
 }
 
 size_t kept_class(const struct kept *kept, const char *name)
@@ -120,7 +126,7 @@ static bool read_features(const json_t *object, struct kept *kept)
     size_t count = json_array_size(names);
 
     kept->feature_names = names;
-    kept->with_size = json_is_true(json_object_get(features, "size"));
+    kept->sizes = json_is_true(json_object_get(features, "size")) ? kept->model.joint.n_parts : 0;
     kept->classifier.features = count;
     for (size_t k = 0; k < count; k++) {
         if (!json_is_string(json_array_get(names, k))) {
@@ -128,7 +134,7 @@ static bool read_features(const json_t *object, struct kept *kept)
         }
     }
     return !features ||
-           (count >= 1 && count <= SRNF_FEATURES_MAX &&
+           (count >= 1 && count >= kept->sizes && count <= SRNF_FEATURES_MAX &&
             read_numbers(json_object_get(features, "values"), kept->model.pca.n * count,
                          &kept->numbers) &&
             (kept->classifier.gauss ||
@@ -160,28 +166,62 @@ static bool read_classifier(struct kept *kept)
            (!classifier->gauss || read_gaussians(object, classifier));
 }
 
+/* The template of a part. */
+static const char *template_of(const struct kept *kept, size_t part)
+{
+    const json_t *holder = kept->parts ? json_array_get(kept->parts, part)
+                                       : json_object_get(kept->record, "classifier");
+
+    return json_string_value(json_object_get(json_object_get(holder, "template"), "surface"));
+}
+
+static int load_template(struct jobs_run *run, struct kept *kept, size_t part,
+                         struct jobs_result *result)
+{
+    const struct store_model *stored = &kept->model.stored;
+    size_t count = 3 * srnf_coefficient_count((size_t)stored->lmax);
+    const char *id = template_of(kept, part);
+    struct compute_surface surface = {.degree = 0};
+    int status = id ? compute_surface_load(run, id, 0.0, &surface, result)
+                    : compute_fail_store(result, STORE_CORRUPT, stored->id);
+
+    if (status == 0 && surface.degree != (size_t)stored->lmax) {
+        status = compute_fail_store(result, STORE_CORRUPT, stored->id);
+    }
+    if (status == 0) {
+        memcpy(kept->target + part * count, surface.coefficients, count * sizeof(double));
+    }
+    compute_surface_clear(&surface);
+    return status;
+}
+
 int kept_load(struct jobs_run *run, const char *id, struct kept *kept, struct jobs_result *result)
 {
     const struct store_model *stored = &kept->model.stored;
-    const char *template;
+    const json_t *parts;
+    size_t n_parts;
     int status;
 
     *kept = (struct kept){.method = NULL};
-    status = compute_model_load(run, id, &kept->model, result);
+    status = model_load(run, id, &kept->model, result);
     if (status) {
         return status;
     }
+    n_parts = kept->model.joint.n_parts;
     kept->record = json_loads(stored->record ? stored->record : "{}", 0, NULL);
     kept->made = model_made_from(stored);
-    template = json_string_value(json_object_get(
-        json_object_get(json_object_get(kept->record, "classifier"), "template"), "surface"));
-    if (!template || !stored->arrays[STORE_MODEL_CALIBRATION] || !read_classifier(kept) ||
+    parts = json_object_get(kept->record, "parts");
+    kept->parts = json_array_size(parts) > 0 ? parts : NULL;
+    if (kept->model.joint.position_weight > 0.0 || !stored->arrays[STORE_MODEL_CALIBRATION] ||
+        !read_classifier(kept) ||
         !registration_read(json_object_get(kept->made, "registration"), &kept->registration)) {
-        return compute_fail(result, SRNF_EINVAL, NULL, "reading the classifier");
+        return compute_fail_store(result, STORE_CORRUPT, id);
     }
-    status = compute_surface_load(run, template, 0.0, &kept->template, result);
-    if (status == 0 && kept->template.degree != (size_t)stored->lmax) {
-        status = compute_fail(result, SRNF_EINVAL, NULL, "reading the template");
+    kept->target =
+        srnf_alloc(n_parts, 3 * srnf_coefficient_count((size_t)stored->lmax) * sizeof(double));
+    status = kept->target ? 0 : compute_fail(result, SRNF_ENOMEM, NULL, "reading the templates");
+    for (size_t p = 0; p < n_parts && status == 0; p++) {
+        status = load_template(run, kept, p, result);
     }
     return status;
 }

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "api/warnings.h"
-#include "processes/classify.h"
+#include "processes/classify_parts.h"
 #include "toolkit/covariates.h"
 
 /* ---- Inputs ---------------------------------------------------------------------------------- */
@@ -75,29 +75,30 @@ const struct input_own predict_covariates = {
 /* ---- What holds between them ----------------------------------------------------------------- */
 
 /* The names of the classifier's covariates, in its order (new reference). */
-static json_t *covariate_names(const json_t *names, bool with_size)
+static json_t *covariate_names(const json_t *names, size_t sizes)
 {
     json_t *own = json_array();
 
-    for (size_t k = with_size; k < json_array_size(names); k++) {
+    for (size_t k = sizes; k < json_array_size(names); k++) {
         (void)json_array_append(own, json_array_get(names, k));
     }
     return own;
 }
 
 /* Each surface must have those and no others. */
-static void check_given(struct process_inputs *given, const json_t *names)
+static void check_given(struct process_inputs *given, const json_t *names, size_t n)
 {
     const json_t *all = json_object_get(given->canonical, "covariates"), *one, *name;
-    size_t n = json_array_size(json_object_get(given->canonical, "surfaces")), i, k;
+    bool several = json_is_array(json_object_get(given->canonical, "parts"));
     char pointer[64];
+    size_t i, k;
 
     if (json_array_size(all) != n) {
         problem_add(given->list, "/inputs/covariates",
-                    "has objects of covariates for %zu surfaces; there are %zu, and the classifier "
+                    "has objects of covariates for %zu %s; there are %zu, and the classifier "
                     "needs %zu covariates of each, \"%.60s\" first",
-                    json_array_size(all), n, json_array_size(names),
-                    json_string_value(json_array_get(names, 0)));
+                    json_array_size(all), several ? "subjects" : "surfaces", n,
+                    json_array_size(names), json_string_value(json_array_get(names, 0)));
         return;
     }
     json_array_foreach(all, i, one)
@@ -126,8 +127,11 @@ void predict_check_covariates(struct process_inputs *given, const struct store_m
 {
     json_t *record = json_loads(model->record ? model->record : "{}", 0, NULL);
     const json_t *features = json_object_get(json_object_get(record, "classifier"), "features");
+    size_t several = json_array_size(json_object_get(record, "parts"));
+    size_t n_parts = several ? several : 1;
+    size_t n = json_array_size(json_object_get(given->canonical, "surfaces")) / n_parts;
     json_t *names = covariate_names(json_object_get(features, "names"),
-                                    json_is_true(json_object_get(features, "size")));
+                                    json_is_true(json_object_get(features, "size")) ? n_parts : 0);
     json_t *cohort = json_object_get(given->canonical, "cohort"), *members = NULL;
     bool told = !json_is_null(json_object_get(given->canonical, "covariates"));
 
@@ -136,6 +140,8 @@ void predict_check_covariates(struct process_inputs *given, const struct store_m
                     json_is_object(cohort)
                         ? "must be left out: the members of a cohort have their own"
                         : "must be left out: the classifier takes none");
+    } else if (json_array_size(names) > 0 && json_is_object(cohort) && several) {
+        (void)classify_parts_values(given, names, n);
     } else if (json_array_size(names) > 0 && json_is_object(cohort)) {
         members = group_stored_members(given);
         if (members) {
@@ -143,7 +149,7 @@ void predict_check_covariates(struct process_inputs *given, const struct store_m
         }
         json_decref(members);
     } else if (json_array_size(names) > 0) {
-        check_given(given, names);
+        check_given(given, names, n);
     }
     json_decref(names);
     json_decref(record);
@@ -156,7 +162,7 @@ int predict_load_numbers(struct jobs_run *run, const struct predict *predict,
                          const struct compute_group *group, double **numbers,
                          struct jobs_result *result)
 {
-    json_t *names = covariate_names(kept->feature_names, kept->with_size), *values;
+    json_t *names = covariate_names(kept->feature_names, kept->sizes), *values;
     const json_t *name, *one;
     size_t k, i;
     int status;
@@ -178,7 +184,8 @@ int predict_load_numbers(struct jobs_run *run, const struct predict *predict,
     }
     status =
         json_array_size(values) == json_array_size(names)
-            ? classify_numbers(run, sht, &predict->group, group, kept->with_size, values, numbers)
+            ? classify_numbers(run, sht, &predict->group, group,
+                               group->n / kept->model.joint.n_parts, kept->sizes, values, numbers)
             : SRNF_EINVAL;
     json_decref(values);
     json_decref(names);
@@ -187,10 +194,10 @@ int predict_load_numbers(struct jobs_run *run, const struct predict *predict,
 
 /* ---- Results --------------------------------------------------------------------------------- */
 
-/* Size is told as a length, as elsewhere. */
+/* Sizes are told as lengths, as elsewhere. */
 static double shown(const struct kept *kept, size_t k, double number)
 {
-    return kept->with_size && k == 0 ? exp(number) : number;
+    return k < kept->sizes ? exp(number) : number;
 }
 
 json_t *predict_numbers_json(const struct kept *kept, const double *numbers, size_t i,
@@ -212,10 +219,10 @@ json_t *predict_numbers_json(const struct kept *kept, const double *numbers, siz
                         json_pack("{s:I, s:s, s:f, s:f, s:f}", "index", (json_int_t)i, "covariate",
                                   covariate, "value", shown(kept, k, value), "lowest",
                                   shown(kept, k, lowest), "highest", shown(kept, k, highest)),
-                        "Surface %zu (%.60s) has %.60s = %.6g, beyond the members that the "
+                        "%s %zu (%.60s) has %.60s = %.6g, beyond the members that the "
                         "classifier was trained on, who have %.6g to %.6g.",
-                        i, name, covariate, shown(kept, k, value), shown(kept, k, lowest),
-                        shown(kept, k, highest));
+                        predict_what(kept), i, name, covariate, shown(kept, k, value),
+                        shown(kept, k, lowest), shown(kept, k, highest));
         }
         (void)json_object_set_new(object, covariate, json_finite(shown(kept, k, value)));
     }

@@ -48,7 +48,8 @@ static void list_far(const struct srnf_typicality *traits, char *text, size_t si
     }
 }
 
-static json_t *warnings_of_one(const struct predict_answer *answer, size_t i, const char *name)
+static json_t *warnings_of_one(const struct kept *kept, const struct predict_answer *answer,
+                               size_t i, const char *name)
 {
     const struct srnf_typicality *traits = answer->traits + i * PREDICT_TRAITS;
     json_t *warnings = json_array();
@@ -59,15 +60,15 @@ static json_t *warnings_of_one(const struct predict_answer *answer, size_t i, co
         warning_add(
             warnings, "far-from-model",
             json_pack("{s:I, s:o}", "member", (json_int_t)i, "typicality", traits_json(traits)),
-            "Surface %zu (%.60s) is unlike the members of every class: %s. Its label and "
+            "%s %zu (%.60s) is unlike the members of every class: %s. Its label and "
             "its probabilities say nothing.",
-            i, name, far);
+            predict_what(kept), i, name, far);
     }
     if (answer->trained[i]) {
         warning_add(warnings, "training-subject", json_pack("{s:I}", "member", (json_int_t)i),
-                    "Surface %zu (%.60s) is one that the classifier was trained on: that it is "
+                    "%s %zu (%.60s) is one that the classifier was trained on: that it is "
                     "told says nothing of others. It is not counted in the assessment.",
-                    i, name);
+                    predict_what(kept), i, name);
     }
     return warnings;
 }
@@ -79,7 +80,8 @@ static json_t *prediction_json(const struct group_input *group, const struct kep
     bool gauss = kept->classifier.gauss;
     const char *name = json_string_value(json_array_get(subjects, i));
     json_t *truth = json_array_get(json_object_get(group->cohort, "labels"), i);
-    json_t *evidence = json_object(), *warnings = warnings_of_one(answer, i, name ? name : "");
+    json_t *evidence = json_object(),
+           *warnings = warnings_of_one(kept, answer, i, name ? name : "");
     json_t *numbers = predict_numbers_json(kept, answer->numbers, i, name ? name : "", warnings);
 
     for (size_t c = 0; c < kept->classes; c++) {
@@ -89,8 +91,11 @@ static json_t *prediction_json(const struct group_input *group, const struct kep
                                   json_finite(gauss ? value : -value + 0.0));
     }
     return json_pack(
-        "{s:s, s:O, s:s, s:o, s:o, s:o, s:o, s:b, s:o, s:o}", "surface", group->ids[i], "subject",
-        json_array_get(subjects, i), "label", kept->names[answer->predicted[i]], "probabilities",
+        "{s:o, s:O, s:o, s:s, s:o, s:o, s:o, s:o, s:b, s:o, s:o}", "surface",
+        kept->parts ? json_null() : json_string(group->ids[i]), "subject",
+        json_array_get(subjects, i), "parts",
+        predict_parts_json(group, kept, &answer->predictions[i], i), "label",
+        kept->names[answer->predicted[i]], "probabilities",
         assessment_by_class(answer->probabilities + i * kept->classes, kept->classes, kept->names),
         gauss ? "logLikelihoods" : "nearestDistances", evidence, "numbers", numbers, "truth",
         json_is_string(truth) ? json_incref(truth) : json_null(), "trainingSubject",
@@ -197,14 +202,15 @@ json_t *predict_document(struct jobs_run *run, const struct group_input *group,
                     "within them may be foreign all the same.",
                     kept->subjects);
     }
-    sides = handedness_of_new(run, group->surfaces, group->cohort, kept->made);
+    sides = kept->parts ? json_array()
+                        : handedness_of_new(run, group->surfaces, group->cohort, kept->made);
     if (json_array_size(sides) == 0) {
         json_decref(sides);
         sides = handedness_of_predictions(run, group->surfaces, group->cohort, answer->nearest,
                                           answer->mirrored);
     }
     warnings_put(document, sides);
-    routes_set_bridged(document, group->n, group->ids, answer->group.bridged);
+    routes_set_bridged(document, answer->group.n, group->ids, answer->group.bridged);
     if (result->problem_code) {
         json_decref(document);
         return NULL;

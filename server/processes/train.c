@@ -1,6 +1,7 @@
 /*
  * train.c - the process train: a classifier of a labelled cohort that is kept as a model, with its
- * nested validation (srnf/train.h).
+ * nested validation (srnf/train.h); and the run of train-parts, which differs in its members alone
+ * (train_parts.c).
  *
  * Labels and subjects are those of the cohort's members, as they were when the job was made, and
  * classes are in the order in which their labels first appear, as for classify. What the registered
@@ -8,21 +9,20 @@
  */
 #include "processes/train.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "api/warnings.h"
 #include "compute/searches.h"
 #include "compute/seconds.h"
-#include "toolkit/assessment.h"
-#include "toolkit/covariates.h"
 #include "toolkit/group_doubts.h"
 #include "toolkit/handedness.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
 #include "toolkit/seconds.h"
 
-/* Fields that are held for each surface: those of classify, the registered ones, and components. */
-#define COPIES 16
+#define COMPONENTS_KEPT 20.0 /* of each fold, where no more are asked for */
+#define TEMPLATES 3.0        /* that folds have, as a rule */
 
 #define WHY_ONE_LABEL                                                                          \
     "What is left out is a whole subject, whose label a classifier is asked for: it has one. " \
@@ -32,86 +32,42 @@
 
 const char *const train_methods[] = {"srnf-gauss", "srnf-nn", NULL};
 /* In the order of enum srnf_covariance and enum srnf_priors. */
-static const char *const covariances[] = {"auto", "pooled", "class", NULL};
-static const char *const priors[] = {"cohort", "equal", NULL};
-static const char *const scales[] = {"shape", "shape-and-size", NULL};
+const char *const train_covariances[] = {"auto", "pooled", "class", NULL};
+const char *const train_priors[] = {"cohort", "equal", NULL};
+const char *const train_scales[] = {"shape", "shape-and-size", NULL};
 
-#define AT(member) offsetof(struct train, member)
 static const struct process_input inputs[] = {
-    GROUP_MEMBERS_INPUTS(train, "Name of a cohort whose members have labels, each of them members "
-                                "of five subjects at least."),
-    {"method", INPUT_CHOICE, AT(method),
-     "srnf-gauss: a normal distribution for each class on principal components of SRNFs; srnf-nn: "
-     "the nearest neighbour by SRNFs.",
-     .choices = train_methods},
-    {"components", INPUT_OWN, AT(components),
-     "Of the Gaussians; auto: chosen inside each fold, of 20 at most.",
-     .own = &classify_components_own},
-    {"covariance", INPUT_CHOICE, AT(covariance),
-     "One for all classes, or one for each; auto: chosen inside each fold.",
-     .choices = covariances},
-    {"scale", INPUT_CHOICE, AT(scale), "Whether the log of the size counts beside shape.",
-     .choices = scales},
-    {"covariates", INPUT_OWN, AT(covariates),
-     "Numbers of the members that count beside shape, by their names: predict then needs them of "
-     "every surface.",
-     .own = &covariates_names},
-    {"sizeWeight", INPUT_REAL, AT(size_weight),
-     "Of size, and of each covariate, in distances; at 1 it weighs as much as shape. Gaussians "
-     "need none.",
-     .highest = PROCESS_SIZE_WEIGHT_MAX, .fallback = 1},
-    {"priors", INPUT_CHOICE, AT(priors),
-     "What the probabilities take the classes to be before a surface is seen. cohort: their shares "
-     "among the subjects; equal: as likely as each other.",
-     .choices = priors},
-    {"commonPose", INPUT_BOOLEAN, AT(common_pose),
-     "The surfaces share a pose: no registration rotates.", .fallback = 0},
-    {"lmax", INPUT_INTEGER, AT(lmax),
-     "Degree of the classifier; surfaces are cut or filled up to it. Default: the largest of "
-     "theirs. 15 is enough for most.",
-     .lowest = SRNF_DEGREE_MIN, .highest = SRNF_DEGREE_MAX, .derived = true},
+    {"cohort", INPUT_OWN, TRAIN_AT(parts.group),
+     "Name of a cohort whose members have labels, each of them members of five subjects at least.",
+     .required = true, .own = &group_members},
+    {"mixedRoutes", INPUT_BOOLEAN, TRAIN_AT(parts.group.mixed_routes), GROUP_MIXED_ROUTES_TEXT,
+     .fallback = 0},
+    TRAIN_INPUTS,
     {.name = NULL},
 };
 
 static const struct process_output outputs[] = {
     {"model", OUTPUT_OBJECT,
-     "Record of the model, of kind classifier: what one of pca has, about the template, and "
-     "classifier: method, classes, members and subjects of each, priors, template {surface, "
-     "member}, components, covariance, means and covariances of the Gaussians (the numbers beside "
-     "shape first), features {size, names, values, factors} (numbers beside shape: whether size is "
-     "one, those of each member, and "
-     "what differences are multiplied by in distances), slope, offsets and "
-     "targets of the calibration, nearest (of each member the distance to the nearest of another "
-     "subject, left out) and validation."},
-    {"validation", OUTPUT_OBJECT,
-     "Nested: of each member, by a classifier in whose making its subject had no "
-     "part: " ASSESSMENT_TEXT "."},
-    {"perSubject", OUTPUT_OBJECTS,
-     "Of each member, without its subject: [{subject, label, predicted, probabilities, and "
-     "logLikelihoods or nearestDistances, of each class; components of its fold, or null}]."},
-    {"classes", OUTPUT_STRINGS, "The labels, in the order in which they first appear."},
-    {"features", OUTPUT_STRINGS, "The numbers beside shape: size, and covariates."},
-    {"refitted", OUTPUT_STRINGS, "What is made again without the subject that is left out."},
+     "Record of the model, of kind classifier: what one of pca has, about the template, "
+     "and " TRAIN_CLASSIFIER_TEXT},
     {"members", OUTPUT_INTEGER, "Of the cohort."},
-    {"subjects", OUTPUT_INTEGER, "Members without a subject are subjects of their own."},
     {"relativeEnergy", OUTPUT_NUMBER_OR_NULL, "Of the mean: what is lost by being a surface."},
-    {"lmax", OUTPUT_INTEGER, "Degree of the classifier."},
-    BRIDGED_GROUP_OUTPUTS,
-    REGISTRATION_OUTPUT,
+    TRAIN_OUTPUTS,
     {NULL, NULL, NULL},
 };
 
 /* ---- What holds between inputs --------------------------------------------------------------- */
 
-/* Whether the inner folds have training subjects enough for what is asked of them. */
-static void check_folds(struct process_inputs *given, const struct classify_classes *classes,
-                        size_t smallest)
+void train_check_folds(struct process_inputs *given, const struct classify_classes *classes,
+                       size_t smallest)
 {
     long components = (long)json_integer_value(json_object_get(given->canonical, "components"));
     bool open = !components || inputs_chose(given->canonical, "covariance", "auto");
-    size_t features = (components ? (size_t)components : 1) +
-                      inputs_chose(given->canonical, "scale", "shape-and-size") +
-                      json_array_size(json_object_get(given->canonical, "covariates"));
+    bool parts = json_object_get(json_object_get(given->canonical, "cohort"), "parts") != NULL;
+    size_t numbers = parts ? classify_parts_count(given->canonical)
+                           : inputs_chose(given->canonical, "scale", "shape-and-size") +
+                                 json_array_size(json_object_get(given->canonical, "covariates"));
+    size_t features = (components ? (size_t)components : 1) + numbers;
     size_t determined;
 
     (void)smallest;
@@ -126,14 +82,51 @@ static void check_folds(struct process_inputs *given, const struct classify_clas
     }
 }
 
+void train_check_names(struct process_inputs *given)
+{
+    const json_t *canonical = given->canonical;
+    const json_t *covariates = json_object_get(canonical, "covariates"), *name, *size;
+    json_t *sizes =
+        classify_number_names(inputs_chose(canonical, "scale", "shape-and-size"),
+                              json_object_get(json_object_get(canonical, "cohort"), "parts"), NULL);
+    char pointer[64];
+    size_t i, k;
+
+    json_array_foreach(covariates, i, name)
+    {
+        json_array_foreach(sizes, k, size)
+        {
+            if (json_equal(name, size)) {
+                (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", i);
+                problem_add(given->list, pointer,
+                            "\"%.60s\" is what a size is called here: give the covariate another "
+                            "name, or leave out scale",
+                            json_string_value(name));
+            }
+        }
+    }
+    json_decref(sizes);
+}
+
+double train_bytes(const json_t *canonical, size_t n, size_t n_parts)
+{
+    double components = json_number_value(json_object_get(canonical, "components"));
+    double kept = components > COMPONENTS_KEPT ? components : COMPONENTS_KEPT;
+    double folds = (double)n_parts + (n_parts > 1 ? 1.0 : 0.0);
+
+    /* Scores and distances of each fold, and the products of its template. */
+    return 8.0 * (double)n * (double)n * (folds * (kept + 1.0) + TEMPLATES * (double)n_parts);
+}
+
 static void complete(struct process_inputs *given)
 {
     const json_t *cohort = json_object_get(given->canonical, "cohort");
     long degree = inputs_integer(given, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, given->degree);
+    size_t n = json_array_size(json_object_get(cohort, "surfaces"));
 
-    inputs_check_memory(given, json_array_size(json_object_get(cohort, "surfaces")), degree, COPIES,
-                        0.0);
-    classify_classes_check(given, cohort, SRNF_TRAIN_SUBJECTS_MIN, check_folds);
+    inputs_check_memory(given, n, degree, TRAIN_COPIES, train_bytes(given->canonical, n, 1));
+    classify_classes_check(given, cohort, SRNF_TRAIN_SUBJECTS_MIN, train_check_folds);
+    train_check_names(given);
     if (!given->list->errors) {
         classify_set_covariates(given);
     }
@@ -154,34 +147,49 @@ static double seconds(const struct api_work *work, const json_t *canonical)
 
 /* ---- Running --------------------------------------------------------------------------------- */
 
-static struct srnf_train_options options_of(const struct train *train)
+static struct train_answer answer_of(const struct train *train)
 {
-    struct srnf_train_options options = srnf_train_options_defaults();
+    size_t n_parts = train->parts.n_parts;
+    struct train_answer answer = {.n_parts = n_parts ? n_parts : 1, .several = n_parts > 0};
+    struct srnf_train_options *options = &answer.options;
 
-    options.gauss = train->method == 0;
-    options.registration = registration_defaults(train->common_pose);
-    options.components = (size_t)train->components;
-    options.covariance = (enum srnf_covariance)train->covariance;
-    options.priors = (enum srnf_priors)train->priors;
-    options.subjects = train->group.subjects;
-    options.n_features = (train->scale != 0) + json_array_size(train->covariates);
-    options.feature_weight = train->size_weight;
-    return options;
+    answer.n = train->parts.group.n / answer.n_parts;
+    *options = srnf_train_options_defaults();
+    options->gauss = train->method == 0;
+    options->registration = registration_defaults(train->parts.mean.common_pose);
+    options->components = (size_t)train->components;
+    options->covariance = (enum srnf_covariance)train->covariance;
+    options->priors = (enum srnf_priors)train->priors;
+    options->subjects = answer.several ? NULL : train->parts.group.subjects;
+    options->n_features = (train->scale ? answer.n_parts : 0) + json_array_size(train->covariates);
+    options->feature_weight = train->size_weight;
+    options->n_parts = answer.n_parts;
+    options->weights = answer.several ? train->parts.weights : NULL;
+    return answer;
+}
+
+static int load(struct jobs_run *run, const struct train *train, struct train_answer *answer,
+                struct jobs_result *result)
+{
+    const struct group_input *group = &train->parts.group;
+    size_t missing;
+    bool found = answer->several ? classify_parts_classes(group->cohort, &answer->classes)
+                                 : classify_classes_find(group->cohort, group->subjects,
+                                                         &answer->classes, &missing);
+
+    return found ? group_load(run, group, true, (size_t)train->parts.mean.lmax, &answer->group,
+                              result)
+                 : compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
 }
 
 static int compute(struct jobs_run *run, const struct train *train, struct train_answer *answer,
                    struct jobs_result *result)
 {
+    const struct group_input *group = &train->parts.group;
     const struct srnf_sht *sht = NULL;
     struct srnf_error error = {0};
-    size_t missing;
-    int status;
+    int status = load(run, train, answer, result);
 
-    if (!classify_classes_find(train->group.cohort, train->group.subjects, &answer->classes,
-                               &missing)) {
-        return compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
-    }
-    status = group_load(run, &train->group, true, (size_t)train->lmax, &answer->group, result);
     if (status) {
         return status;
     }
@@ -195,13 +203,14 @@ static int compute(struct jobs_run *run, const struct train *train, struct train
     compute_searches_spread(run);
     answer->n_theta = srnf_sht_grid(sht)->n_theta;
     answer->n_phi = srnf_sht_grid(sht)->n_phi;
-    status = classify_numbers(run, sht, &train->group, &answer->group, train->scale != 0,
-                              json_object_get(train->group.cohort, "values"), &answer->numbers);
+    status = classify_numbers(run, sht, group, &answer->group, answer->n,
+                              train->scale ? answer->n_parts : 0,
+                              json_object_get(group->cohort, "values"), &answer->numbers);
     answer->options.features = answer->numbers;
     status = status ? status
-                    : srnf_train(sht, answer->group.n, answer->group.surfaces,
-                                 answer->classes.labels, answer->classes.count, &answer->options,
-                                 jobs_run_context(run), &answer->trained, &error);
+                    : srnf_train(sht, answer->n, answer->group.surfaces, answer->classes.labels,
+                                 answer->classes.count, &answer->options, jobs_run_context(run),
+                                 &answer->trained, &error);
     jobs_transform_release(jobs_run_jobs(run), sht);
     return status ? compute_fail(result, status, &error, "training the classifier") : 0;
 }
@@ -265,28 +274,44 @@ static json_t *refitted_json(const struct srnf_train_options *options)
 static bool warn(struct jobs_run *run, const struct train *train, const struct train_answer *answer,
                  json_t *document, struct jobs_result *result)
 {
-    const struct group_input *group = &train->group;
+    const struct group_input *group = &train->parts.group;
     const struct group_doubts doubts = {.surfaces = group->surfaces,
                                         .cohort = group->cohort,
                                         .group = &answer->group,
                                         .classes = answer->classes.labels,
                                         .n_classes = answer->classes.count,
                                         .names = answer->classes.names,
-                                        .rotates = !train->common_pose,
+                                        .rotates = !train->parts.mean.common_pose,
                                         .mirrors = true};
 
     group_warn_duplicates(run, document, group->surfaces, group->cohort,
                           (const char(*)[STORE_ID_MAX])answer->group.contents);
+    if (answer->several) {
+        return train_parts_warn(run, train, answer, document, result);
+    }
     warnings_put(document, handedness_of_names(run, group->surfaces, group->cohort));
     return group_doubts_warn(run, &doubts, document, result);
+}
+
+/* What train has beside train-parts, and the other way round. */
+static void set_members(const struct train_answer *answer, json_t *document)
+{
+    if (answer->several) {
+        (void)json_object_set(document, "parts", answer->parts);
+    } else {
+        (void)json_object_set_new(document, "members", json_integer((json_int_t)answer->n));
+        (void)json_object_set_new(document, "relativeEnergy",
+                                  json_finite(answer->mean_energies[0]));
+    }
 }
 
 static json_t *document_of(struct jobs_run *run, const struct train *train,
                            const struct train_answer *answer, json_t *record,
                            struct jobs_result *result)
 {
-    const struct group_input *group = &train->group;
+    const struct group_input *group = &train->parts.group;
     const struct classify_classes *classes = &answer->classes;
+    size_t n_subjects = answer->several ? answer->n : group->n_subjects;
     json_t *subjects =
         group_subjects(run, group->surfaces, json_object_get(group->cohort, "subjects"));
     json_t *names = json_array();
@@ -295,15 +320,17 @@ static json_t *document_of(struct jobs_run *run, const struct train *train,
     for (size_t c = 0; c < classes->count; c++) {
         (void)json_array_append_new(names, json_string(classes->names[c]));
     }
-    document = json_pack("{s:o, s:o, s:o, s:o, s:o, s:I, s:I, s:o, s:I, s:o}", "model", record,
-                         "validation", assessment_json(&answer->trained.assessment, classes->names),
-                         "perSubject", members_json(answer, subjects), "classes", names, "refitted",
-                         refitted_json(&answer->options), "members", (json_int_t)classes->n,
-                         "subjects", (json_int_t)group->n_subjects, "relativeEnergy",
-                         json_finite(answer->mean_energy), "lmax", (json_int_t)answer->group.degree,
-                         "registration", registration_json(&answer->options.registration));
+    document = json_pack("{s:o, s:o, s:o, s:o, s:o, s:I, s:I, s:o}", "model", record, "validation",
+                         assessment_json(&answer->trained.assessment, classes->names), "perSubject",
+                         members_json(answer, subjects), "classes", names, "refitted",
+                         refitted_json(&answer->options), "subjects", (json_int_t)n_subjects,
+                         "lmax", (json_int_t)answer->group.degree, "registration",
+                         registration_json(&answer->options.registration));
     (void)json_object_set_new(document, "features",
-                              classify_number_names(train->scale != 0, train->covariates));
+                              classify_number_names(train->scale != 0,
+                                                    json_object_get(group->cohort, "parts"),
+                                                    train->covariates));
+    set_members(answer, document);
     routes_set_bridged(document, group->n, group->ids, answer->group.bridged);
     json_decref(subjects);
     if (!warn(run, train, answer, document, result)) {
@@ -313,10 +340,10 @@ static json_t *document_of(struct jobs_run *run, const struct train *train,
     return document;
 }
 
-static json_t *run_train(struct jobs_run *run, const void *typed, struct jobs_result *result)
+json_t *train_run(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
     const struct train *train = typed;
-    struct train_answer answer = {.options = options_of(train)};
+    struct train_answer answer = answer_of(train);
     json_t *document = NULL, *record = NULL;
 
     if (compute(run, train, &answer, result) == 0) {
@@ -327,6 +354,7 @@ static json_t *run_train(struct jobs_run *run, const void *typed, struct jobs_re
     }
     srnf_trained_clear(&answer.trained);
     srnf_free(answer.numbers);
+    json_decref(answer.parts);
     classify_classes_clear(&answer.classes);
     compute_group_clear(&answer.group);
     return document;
@@ -337,7 +365,7 @@ static const struct process_table table = {
     .outputs = outputs,
     .size = sizeof(struct train),
     .complete = complete,
-    .run = run_train,
+    .run = train_run,
 };
 
 const struct api_process train_process = {

@@ -77,6 +77,7 @@ void group_read_members(struct process_inputs *inputs, const struct process_inpu
    inputs_routes of each such part itself. */
 void group_read_members_apart(struct process_inputs *inputs, const struct process_input *input);
 bool group_type_surfaces(const json_t *value, void *member);
+bool group_type_cohort(const json_t *value, void *member);
 bool group_type_members(const json_t *value, void *member);
 void group_input_clear(void *member); /* struct group_input */
 /* type: "\"array\"", or a list of types. */

@@ -307,7 +307,7 @@ bool group_type_surfaces(const json_t *value, void *member)
     return group->ids && group->n > 0 && group->n <= COMPUTE_GROUP_MAX && type_subjects(group);
 }
 
-static bool type_cohort(const json_t *value, void *member)
+bool group_type_cohort(const json_t *value, void *member)
 {
     struct group_input *group = member;
 
@@ -321,7 +321,7 @@ static bool type_cohort(const json_t *value, void *member)
 
 bool group_type_members(const json_t *value, void *member)
 {
-    return type_cohort(value, member) &&
+    return group_type_cohort(value, member) &&
            group_type_surfaces(json_object_get(value, "surfaces"), member);
 }
 
@@ -343,7 +343,7 @@ const struct input_own group_cohort = {
         "\"type\":[\"string\",\"null\"],\"pattern\":\"" COHORT_NAME_PATTERN "\",\"default\":null",
     .refers = true,
     .read = group_read_cohort,
-    .type = type_cohort,
+    .type = group_type_cohort,
     .clear = group_input_clear,
 };
 const struct input_own group_members = {

@@ -19,7 +19,8 @@
 /* What a model of another kind is, and who takes it. */
 static const char *about(const char *own)
 {
-    return strcmp(own, "classifier") == 0 ? "is a classifier, made by train, which predict takes"
+    return strcmp(own, "classifier") == 0 ? "is a classifier, made by train or "
+                                            "train-parts, which predict takes"
            : strcmp(own, "parts") == 0
                ? "is a model of several structures, made by pca-parts, which project, score, modes "
                  "and sample take"
@@ -39,7 +40,7 @@ static bool check_kind(struct process_inputs *inputs, const char *kind,
         return true;
     }
     problem_add(inputs->list, "/inputs/model", "%s; here %s is needed", about(own),
-                wants_classifier ? "a classifier, made by train,"
+                wants_classifier ? "a classifier, made by train or train-parts,"
                 : any            ? "a model of principal components, made by pca or pca-parts,"
                                  : "a model of principal components, made by pca,");
     return false;
@@ -85,7 +86,7 @@ int model_load(struct jobs_run *run, const char *id, struct compute_model *model
     int status = compute_model_load(run, id, model, result);
 
     if (status == 0 && !model_joint(&model->stored, &model->joint)) {
-        status = compute_fail(result, SRNF_EINVAL, NULL, "reading the model");
+        status = compute_fail_store(result, STORE_CORRUPT, id);
     }
     return status;
 }

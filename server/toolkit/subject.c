@@ -16,9 +16,9 @@
 /* ---- Inputs ---------------------------------------------------------------------------------- */
 
 /* Of a part: RFC 6901 has its own way to write tildes and slashes. */
-static void write_pointer(const char *name, char *pointer, size_t size)
+static void write_pointer(const char *at, const char *name, char *pointer, size_t size)
 {
-    size_t used = (size_t)snprintf(pointer, size, "/inputs/parts/");
+    size_t used = (size_t)snprintf(pointer, size, "%s/", at);
 
     for (const char *c = name; *c && used + 3 < size; c++) {
         used += (size_t)snprintf(pointer + used, size - used, "%s%.1s",
@@ -29,23 +29,18 @@ static void write_pointer(const char *name, char *pointer, size_t size)
     }
 }
 
-static void read_parts(struct process_inputs *inputs, const struct process_input *input)
+json_t *subject_read_parts(struct process_inputs *inputs, json_t *value, const char *at)
 {
-    json_t *value = json_object_get(inputs->given, input->name), *surface;
-    json_t *canonical;
+    json_t *canonical, *surface;
     const char *name;
     long degree;
 
-    if (!value || json_is_null(value)) {
-        (void)json_object_set_new(inputs->canonical, input->name, json_null());
-        return;
-    }
     if (!json_is_object(value) || json_object_size(value) == 0 ||
         json_object_size(value) > SRNF_PARTS_MAX) {
-        problem_add(inputs->list, "/inputs/parts",
+        problem_add(inputs->list, at,
                     "must be an object of 1 to %d members: a surface for each name of a part",
                     (int)SRNF_PARTS_MAX);
-        return;
+        return NULL;
     }
     canonical = json_object();
     json_object_foreach(value, name, surface)
@@ -53,13 +48,24 @@ static void read_parts(struct process_inputs *inputs, const struct process_input
         char pointer[2 * NAME_MAX_BYTES];
         const char *id;
 
-        write_pointer(name, pointer, sizeof pointer);
+        write_pointer(at, name, pointer, sizeof pointer);
         id = inputs_surface_at(inputs, surface, pointer, &degree);
         if (id) {
             (void)json_object_set_new(canonical, name, json_string(id));
         }
     }
-    (void)json_object_set_new(inputs->canonical, input->name, canonical);
+    return canonical;
+}
+
+static void read_parts(struct process_inputs *inputs, const struct process_input *input)
+{
+    json_t *value = json_object_get(inputs->given, input->name);
+    bool given = value && !json_is_null(value);
+    json_t *canonical = given ? subject_read_parts(inputs, value, "/inputs/parts") : json_null();
+
+    if (canonical) {
+        (void)json_object_set_new(inputs->canonical, input->name, canonical);
+    }
 }
 
 static bool type_parts(const json_t *value, void *member)
@@ -90,7 +96,8 @@ const struct input_own subject_parts = {
 
 /* ---- What holds between them ----------------------------------------------------------------- */
 
-static void check_names(struct process_inputs *given, const json_t *names, json_t *parts)
+void subject_check_names(struct process_inputs *given, const json_t *names, json_t *parts,
+                         const char *at)
 {
     char text[MODEL_NAMES_MAX];
     const char *name;
@@ -100,7 +107,7 @@ static void check_names(struct process_inputs *given, const json_t *names, json_
         const char *wanted = json_string_value(json_array_get(names, p));
 
         if (wanted && !json_object_get(parts, wanted)) {
-            problem_add(given->list, "/inputs/parts",
+            problem_add(given->list, at,
                         "has no \"%.60s\": the model's parts are %s, and each is needed", wanted,
                         model_names_text(names, text));
         }
@@ -108,9 +115,8 @@ static void check_names(struct process_inputs *given, const json_t *names, json_
     json_object_foreach(parts, name, id)
     {
         if (model_name_find(names, name) == json_array_size(names)) {
-            problem_add(given->list, "/inputs/parts",
-                        "has \"%.60s\", which is none of the model's parts: %s", name,
-                        model_names_text(names, text));
+            problem_add(given->list, at, "has \"%.60s\", which is none of the model's parts: %s",
+                        name, model_names_text(names, text));
         }
     }
 }
@@ -130,7 +136,7 @@ void subject_check(struct process_inputs *given)
     }
     names = model_part_names(&model);
     if (json_array_size(names) > 0 && has_parts) {
-        check_names(given, names, parts);
+        subject_check_names(given, names, parts, "/inputs/parts");
     } else if (json_array_size(names) > 0) {
         problem_add(given->list, has_surface ? "/inputs/surface" : "/inputs/parts",
                     "%s: the model is of several structures, and needs parts, a surface for each "

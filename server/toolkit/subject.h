@@ -31,6 +31,12 @@ struct subject_input {
     }
 extern const struct input_own subject_parts;
 
+/* Its parts, for other processes that take some: {name: id} (new reference) of the value at a
+   pointer, or NULL with a problem noted; and whether they are those of a model. */
+json_t *subject_read_parts(struct process_inputs *inputs, json_t *value, const char *at);
+void subject_check_names(struct process_inputs *given, const json_t *names, json_t *parts,
+                         const char *at);
+
 /* For complete: whether what is given is what the model is of; problems name what is not. */
 void subject_check(struct process_inputs *given);
 

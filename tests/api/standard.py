@@ -215,7 +215,7 @@ def make_inputs(service):
               'time': side, 'side': ('left', 'right')[side], 'covariates': {'part': 'ab'[side]}} for i in range(5) for side in (0, 1)]
     service.send('/v1/cohorts', json={'name': 'pairs', 'members': sided})
     parts = [{'id': service.send('/v1/surfaces', json=coefficients(0.2 * i + j))['id'], 'subject': f's{i}', 'label': 'xy'[i % 2],
-              'covariates': {'part': 'ab'[j]}} for i in range(6) for j in (0, 1)]
+              'covariates': {'part': 'ab'[j]}} for i in range(10) for j in (0, 1)]
     service.send('/v1/cohorts', json={'name': 'parts', 'members': parts})
     pairs = {'cohort': link('cohorts/pairs'), 'register': False, 'permutations': 9, 'bootstraps': 100}
 
@@ -255,6 +255,7 @@ def make_inputs(service):
         'classify-parts': {'cohort': link('cohorts/parts'), **light},
         'classify': {'cohort': 'six', **light},
         'train': kept,
+        'train-parts': {'cohort': link('cohorts/parts'), **light},
         'predict': {'model': service.execute('train', {'inputs': kept}, WAIT).json()['model']['id'], 'surfaces': [a]},
         'report': {'cohort': link('cohorts/six'), 'modes': 1},
         'shoot': {'surface': a, 'velocity': {'value': {'toward': b}}, 'times': [0.5], 'register': False},

@@ -141,7 +141,7 @@ is "$(json '[.items[] | [.kind, .classifier.method, .classifier.means]] | sort |
     '[["classifier","srnf-gauss",null],["classifier","srnf-gauss",null],["classifier","srnf-nn",null],["classifier","srnf-nn",null]]' 'and listed, without its matrices'
 execute project "{\"model\":\"$MODEL\",\"surface\":\"$STRANGE\"}"
 is_problem 422 invalid-input 'project takes no classifier'
-like "$(json '.errors[0] | .pointer + " " + .detail')" '/inputs/model is a classifier, made by train, which predict takes' 'and says so'
+like "$(json '.errors[0] | .pointer + " " + .detail')" '/inputs/model is a classifier, made by train or train-parts, which predict takes' 'and says so'
 get "/v1/models/$MODEL/shape?coefficients=1"
 is_problem 422 invalid-input 'nor has it shapes along components'
 execute pca "$(printf '%s\n' "${SURFACES[@]:0:4}" | jq -Rnc '{surfaces: [inputs]}')"

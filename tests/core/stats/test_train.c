@@ -42,6 +42,7 @@ static struct srnf_frozen freeze(const struct srnf_trained *trained)
 {
     return (struct srnf_frozen){.classifier = &trained->classifier,
                                 .pca = &trained->pca,
+                                .n_parts = trained->n_parts,
                                 .target = trained->target,
                                 .mean_q = trained->mean_q,
                                 .labels = labels,
@@ -276,6 +277,166 @@ static void numbers_are_nested_too(void **state)
     group_close(&g);
 }
 
+/* ---- Several structures ---------------------------------------------------------------------- */
+
+static const double part_weights[2] = {1.0, 3.0};
+
+/* Two stars of each subject, part after part; the second of one class is flattened a little. */
+static void open_two_parts(struct group *g)
+{
+    group_open_stars(g, DEGREE, 2 * N, 0.25);
+    for (size_t i = 0; i < N; i++) {
+        labels[i] = i >= CLASS;
+        for (size_t k = 0; k < g->each && labels[i]; k++) {
+            g->f[N + i][2 * g->each + k] *= 0.75;
+        }
+    }
+}
+
+static void train_parts(const struct group *g, const size_t *given,
+                        const struct srnf_train_options *options, struct srnf_trained *trained)
+{
+    struct srnf_error error = {0};
+
+    if (srnf_train(g->sht, N, g->surfaces, given, 2, options, NULL, trained, &error)) {
+        fail_msg("training: %s", error.message);
+    }
+}
+
+/* The evidence that the joint folds have for whom they leave out. */
+static void judge_joint(const struct group *g, const struct srnf_train_options *options,
+                        double evidence[2 * N])
+{
+    struct srnf_folds_options folds = srnf_folds_options_defaults();
+    struct srnf_classify_options classify = srnf_classify_options_defaults();
+    struct srnf_folds parts[2], joint;
+    struct srnf_classification found;
+
+    folds.registration = options->registration;
+    folds.keep = true;
+    for (size_t p = 0; p < 2; p++) {
+        assert_int_equal(srnf_folds_compare(g->sht, SRNF_METRIC_SRNF, N, g->surfaces + p * N,
+                                            &folds, NULL, &parts[p], NULL),
+                         SRNF_OK);
+    }
+    assert_int_equal(
+        srnf_folds_join(2, parts, part_weights, folds.max_components, NULL, &joint, NULL), SRNF_OK);
+    assert_int_equal((options->gauss ? srnf_classify_gauss : srnf_classify_nearest)(
+                         &joint, labels, 2, &classify, NULL, &found, NULL),
+                     SRNF_OK);
+    memcpy(evidence, found.evidence, 2 * N * sizeof(double));
+    srnf_classification_clear(&found);
+    srnf_folds_clear(&joint);
+    srnf_folds_clear(&parts[0]);
+    srnf_folds_clear(&parts[1]);
+}
+
+/* Its own subjects are known again; what the parts have adds up to what all have. */
+static void check_known(const struct group *g, const struct srnf_train_options *options,
+                        const struct srnf_trained *trained)
+{
+    struct srnf_frozen frozen = freeze(trained);
+    struct srnf_class_prediction predictions[N];
+    double evidence[2 * N], probabilities[2 * N];
+
+    frozen.weights = part_weights;
+    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, &options->registration,
+                                  NULL, NULL, predictions, evidence, probabilities, NULL),
+                     SRNF_OK);
+    for (size_t i = 0; i < N; i++) {
+        const struct srnf_class_prediction *p = &predictions[i];
+
+        assert_true(p->nearest < 1e-6 && p->residual < 1e-6);
+        assert_true(fabs(p->distance - trained->distances[i]) < 1e-6);
+        assert_true(fabs(hypot(p->parts[0].distance, p->parts[1].distance) - p->distance) < 1e-12);
+        assert_true(p->parts[0].distance > 0.01 && p->parts[1].distance > 0.01);
+        assert_int_equal(srnf_platt_choose(2, probabilities + 2 * i, evidence + 2 * i), labels[i]);
+    }
+    for (size_t k = 0; k < g->each; k++) { /* one part of the first is another star */
+        g->f[0][k] *= 1.5;
+    }
+    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, &options->registration,
+                                  NULL, NULL, predictions, evidence, probabilities, NULL),
+                     SRNF_OK);
+    for (size_t k = 0; k < g->each; k++) {
+        g->f[0][k] /= 1.5;
+    }
+    assert_true(predictions[0].residual > 0.01 && predictions[1].residual < 1e-6);
+    assert_true(fabs(hypot(predictions[0].parts[0].residual, predictions[0].parts[1].residual) -
+                     predictions[0].residual) < 1e-12);
+}
+
+static void several_structures_together(void **state)
+{
+    struct group g;
+    double evidence[2 * N];
+    (void)state;
+
+    open_two_parts(&g);
+    for (int gauss = 0; gauss < 2; gauss++) {
+        struct srnf_train_options options = options_of(gauss);
+        struct srnf_trained trained;
+
+        options.n_parts = 2;
+        options.weights = part_weights;
+        train_parts(&g, labels, &options, &trained);
+        judge_joint(&g, &options, evidence);
+        assert_true(compare_difference(2 * N, trained.evidence, evidence) == 0.0);
+        assert_true(trained.assessment.correct >= 9);
+        assert_true(trained.classifier.platt.slope > 0.0);
+        check_known(&g, &options, &trained);
+        srnf_trained_clear(&trained);
+    }
+    group_close(&g);
+}
+
+/* Whom a fold leaves out is told by the others alone, in its second structure as in its label. */
+static void parts_are_nested_too(void **state)
+{
+    struct srnf_train_options options = options_of(true);
+    struct srnf_trained before, after;
+    size_t other[N];
+    struct group g;
+    (void)state;
+
+    open_two_parts(&g);
+    options.priors = SRNF_PRIORS_EQUAL;
+    options.n_parts = 2;
+    memcpy(other, labels, sizeof labels);
+    other[N - 1] = 0;
+    train_parts(&g, labels, &options, &before);
+    train_parts(&g, other, &options, &after);
+    assert_true(compare_difference(2, before.probabilities + 2 * (N - 1),
+                                   after.probabilities + 2 * (N - 1)) == 0.0);
+    assert_true(before.probabilities[0] != after.probabilities[0]);
+    srnf_trained_clear(&after);
+    srnf_trained_clear(&before);
+    group_close(&g);
+}
+
+/* One part of weight 4 is the part, twice as far. */
+static void weights_are_of_squares(void **state)
+{
+    static const double four = 4.0;
+    struct srnf_train_options options = options_of(false);
+    struct srnf_trained plain, heavy;
+    struct group g;
+    (void)state;
+
+    open_classes(&g);
+    assert_int_equal(train(&g, labels, &options, &plain, NULL), SRNF_OK);
+    options.weights = &four;
+    assert_int_equal(train(&g, labels, &options, &heavy, NULL), SRNF_OK);
+    for (size_t i = 0; i < N; i++) {
+        assert_true(fabs(heavy.distances[i] - 2.0 * plain.distances[i]) < 1e-12);
+        assert_true(fabs(heavy.nearest[i] - 2.0 * plain.nearest[i]) < 1e-9);
+        assert_int_equal(heavy.assessment.predicted[i], plain.assessment.predicted[i]);
+    }
+    srnf_trained_clear(&plain);
+    srnf_trained_clear(&heavy);
+    group_close(&g);
+}
+
 static void refused(const struct group *g, const size_t *given, size_t classes,
                     const struct srnf_train_options *options, const char *why)
 {
@@ -322,6 +483,14 @@ static void refuses(void **state)
     options.n_features = 0;
     options.components = 65;
     refused(&g, labels, 2, &options, "components 65");
+    options.components = 0;
+    options.n_parts = 0;
+    refused(&g, labels, 2, &options, "0 parts are not 1 to 32");
+    options.n_parts = 33;
+    refused(&g, labels, 2, &options, "33 parts are not 1 to 32");
+    options.n_parts = 2;
+    options.weights = (const double[2]){1.0, 0.0};
+    refused(&g, labels, 2, &options, "the weight of part 1 is not above 0");
     group_close(&g);
 }
 
@@ -334,7 +503,8 @@ static void refuses_to_predict(void **state)
         .classes = 2, .gauss = true, .components = 1, .means = means, .covariances = ones};
     size_t of[2] = {0, 5};
     struct srnf_pca pca = {.n = 2, .components = 0, .eigenvalues = zeros, .scores = zeros};
-    struct srnf_frozen frozen = {.classifier = &classifier, .pca = &pca, .labels = of};
+    struct srnf_frozen frozen = {
+        .classifier = &classifier, .pca = &pca, .n_parts = 1, .labels = of};
     struct srnf_register_options registration = srnf_register_options_defaults();
     struct srnf_class_prediction prediction;
     struct srnf_error error;
@@ -358,17 +528,27 @@ static void refuses_to_predict(void **state)
                                   &prediction, evidence, p, &error),
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "prior 1"));
+    frozen.n_parts = 0;
+    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, &registration, prior, NULL,
+                                  &prediction, evidence, p, &error),
+                     SRNF_EINVAL);
+    assert_non_null(strstr(error.message, "0 parts"));
+    frozen.n_parts = 1;
+    frozen.weights = zeros;
+    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, &registration, prior, NULL,
+                                  &prediction, evidence, p, &error),
+                     SRNF_EINVAL);
+    assert_non_null(strstr(error.message, "weights of the parts"));
     group_close(&g);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(is_kept_and_asked),
-        cmocka_unit_test(numbers_count_beside_shape),
-        cmocka_unit_test(numbers_are_nested_too),
-        cmocka_unit_test(nested_means_nested),
-        cmocka_unit_test(refuses),
+        cmocka_unit_test(is_kept_and_asked),           cmocka_unit_test(numbers_count_beside_shape),
+        cmocka_unit_test(numbers_are_nested_too),      cmocka_unit_test(nested_means_nested),
+        cmocka_unit_test(several_structures_together), cmocka_unit_test(parts_are_nested_too),
+        cmocka_unit_test(weights_are_of_squares),      cmocka_unit_test(refuses),
         cmocka_unit_test(refuses_to_predict),
     };
 

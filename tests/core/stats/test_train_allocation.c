@@ -59,6 +59,7 @@ static int run_predict(void)
 {
     const struct srnf_frozen frozen = {.classifier = &trained.classifier,
                                        .pca = &trained.pca,
+                                       .n_parts = trained.n_parts,
                                        .target = trained.target,
                                        .mean_q = trained.mean_q,
                                        .labels = labels,

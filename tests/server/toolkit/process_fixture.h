@@ -189,19 +189,20 @@ static void put_jobs(struct fixture *fixture)
     assert_int_equal(store_job_insert(fixture->store, &job, NULL, NULL, NULL), 0);
 }
 
-/* A cohort "pairs" of the surface, a left one at time 0 and a right one at time 1 of each
-   subject, which are its parts too; subjects have two labels in turn. */
-static void put_pairs(struct fixture *fixture)
+/* A cohort of the surface, a left one at time 0 and a right one at time 1 of each of 26
+   subjects at most, which are its parts too; subjects have two labels in turn. */
+static void put_pairs(struct fixture *fixture, const char *name, size_t subjects)
 {
-    struct store_cohort cohort = {.name = "pairs", .n_members = 12};
+    struct store_cohort cohort = {.n_members = 2 * subjects};
     json_t *members = json_array();
     bool created;
     size_t missing;
 
+    (void)snprintf(cohort.name, sizeof cohort.name, "%s", name);
     cohort.members = calloc(cohort.n_members, sizeof *cohort.members);
     assert_non_null(cohort.members);
     for (size_t i = 0; i < cohort.n_members; i++) {
-        const char subject[3] = {'s', (char)('0' + i / 2), '\0'};
+        const char subject[3] = {'s', (char)('a' + i / 2), '\0'};
 
         (void)json_array_append_new(
             members,
@@ -239,7 +240,8 @@ static int fixture_open(void **state)
     put_cohort(fixture);
     put_patients(fixture, "patients", 6);
     put_patients(fixture, "trained", 10);
-    put_pairs(fixture);
+    put_pairs(fixture, "pairs", 6);
+    put_pairs(fixture, "structures", 12);
     put_volume(fixture);
     put_jobs(fixture);
     *state = fixture;

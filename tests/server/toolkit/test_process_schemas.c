@@ -19,6 +19,7 @@ static const struct {
     {"compare-groups", "{\"cohort\":\"patients\"}"},
     {"regress", "{\"cohort\":\"patients\",\"formula\":\"shape ~ age\"}"},
     {"train", "{\"cohort\":\"trained\"}"},
+    {"train-parts", "{\"cohort\":\"structures\"}"},
     {"predict", "{\"model\":\"#\",\"surfaces\":[\"@\"]}"},
     {"project", "{\"model\":\"%\",\"surface\":\"@\"}"},
     {"score", "{\"model\":\"%\",\"surface\":\"@\"}"},
@@ -176,19 +177,31 @@ static void check_words(struct fixture *fixture, const char *process, const char
     expect(fixture, process, name, json_integer(1), false);
 }
 
-/* Where null is a type it means what absence does, be that a default or a refusal; elsewhere it is
-   refused. */
-static void check_null(struct fixture *fixture, const char *process, const char *name,
-                       const json_t *schema)
+/* Whether null is among the types, or those of a form that it may have. */
+static bool is_nullable(const json_t *schema)
 {
-    const json_t *types = json_object_get(schema, "type");
-    json_t *inputs = least_inputs(fixture, process);
-    struct outcome absent, null = with(fixture, process, name, json_null());
+    const json_t *types = json_object_get(schema, "type"),
+                 *forms = json_object_get(schema, "oneOf");
     bool nullable = false;
 
     for (size_t i = 0; i < json_array_size(types); i++) {
         nullable |= strcmp(json_string_value(json_array_get(types, i)), "null") == 0;
     }
+    for (size_t i = 0; i < json_array_size(forms); i++) {
+        nullable |= is_nullable(json_array_get(forms, i));
+    }
+    return nullable;
+}
+
+/* Where null is a type it means what absence does, be that a default or a refusal; elsewhere it is
+   refused. */
+static void check_null(struct fixture *fixture, const char *process, const char *name,
+                       const json_t *schema)
+{
+    json_t *inputs = least_inputs(fixture, process);
+    struct outcome absent, null = with(fixture, process, name, json_null());
+    bool nullable = is_nullable(schema);
+
     (void)json_object_del(inputs, name);
     absent = canonical_outcome(fixture, process, inputs);
     if (nullable
