@@ -52,6 +52,14 @@ for side in L R; do
         BOTH="$BOTH,{\"id\":\"${S[-1]}\",\"subject\":\"$name\",\"side\":\"$HAND\",\"time\":$([ "$side" = L ] && echo 0 || echo 1)}"
     done
 done
+# Twelve subjects of two labels, of two structures each.
+LABELLED=
+for i in "${!S[@]}"; do
+    for part in 0 1; do
+        LABELLED="$LABELLED,{\"id\":\"${S[(i + part) % ${#S[@]}]}\",\"subject\":\"s$i\",\"label\":\"$((i % 2))\",\"covariates\":{\"part\":\"p$part\"}}"
+    done
+done
+post_json /v1/cohorts "{\"name\":\"labelled\",\"members\":[${LABELLED#,}]}"
 post_json /v1/cohorts "{\"name\":\"sides\",\"members\":[${MEMBERS#,}]}"
 post_json /v1/cohorts "{\"name\":\"parts\",\"members\":[${PARTS#,}]}"
 post_json /v1/cohorts "{\"name\":\"pairs\",\"members\":[${BOTH#,}]}"
@@ -116,7 +124,7 @@ mean mean {"cohort":"sides"}
 mean-pullback mean {"cohort":"sides",$AS_THEY_ARE,"method":"pullback"}
 pca pca {"cohort":"sides"}
 pca-parts pca-parts {"cohort":"parts","modes":20}
-classify-parts classify-parts {"cohort":"parts","covariance":"pooled"}
+classify-parts classify-parts {"cohort":"labelled","covariance":"pooled"}
 modes modes {"model":"$M","mode":1,"coefficients":[-3,-2,-1,0,1,2,3]}
 sample sample {"model":"$M","count":200,"seed":1}
 project project {"model":"$M","surface":"$C"}
@@ -133,6 +141,7 @@ repair repair {"mesh":"$MESH"}
 mirror mirror {"mesh":"$MESH"}
 regress regress {"cohort":"sides",$AS_THEY_ARE,"formula":"shape ~ label","permutations":1000000,"seed":1}
 train train {"cohort":"sides","method":"srnf-gauss"}
+train-parts train-parts {"cohort":"labelled","method":"srnf-gauss"}
 score score {"model":"$M","surface":"$A"}
 change change {"cohort":"pairs","permutations":1000000,"seed":1}
 change-flips change {"cohort":"pairs",$AS_THEY_ARE,"permutations":1000000,"bootstraps":10000,"seed":1}

@@ -14,6 +14,7 @@ from .records import Cohort, Mesh, Model, Surface, Volume
 Shape = Union[Surface, Mesh, str]
 Group = Union[Cohort, str, Sequence[Shape]]
 Subject = Union[Shape, Mapping[str, Shape]]
+Subjects = Union[Group, Mapping[str, Shape], Sequence[Mapping[str, Shape]]]
 
 
 def _group(group: Group) -> dict[str, Any]:
@@ -26,6 +27,17 @@ def _subject(subject: Subject) -> dict[str, Any]:
     if isinstance(subject, (Surface, Mesh, str)):
         return {"surface": subject}
     return {"parts": dict(subject)}
+
+
+def _subjects(group: Subjects) -> dict[str, Any]:
+    if isinstance(group, Mapping):
+        return {"parts": dict(group)}
+    if isinstance(group, (Cohort, str)):
+        return {"cohort": group}
+    listed = list(group)
+    if listed and isinstance(listed[0], Mapping):
+        return {"parts": listed}
+    return {"surfaces": listed}
 
 
 class Processes:
@@ -159,12 +171,20 @@ class Processes:
         """
         return self.run("train", cohort=cohort, **options)
 
-    def predict(self, model: Union[Model, str], group: Group, **options: Any) -> Result:
+    def train_parts(self, cohort: Union[Cohort, str], **options: Any) -> Result:
+        """A classifier of all structures of a subject together, kept as :meth:`train` keeps one: ``model``, ``parts``.
+
+        Members as of :meth:`classify_parts`; ``weights={"left": 2}`` of the parts, by their names.
+        """
+        return self.run("train-parts", cohort=cohort, **options)
+
+    def predict(self, model: Union[Model, str], group: Subjects, **options: Any) -> Result:
         """Labels of surfaces or a cohort by a classifier: ``predictions`` with ``probabilities`` and ``typicality``.
 
         ``covariates=[{"age": 63}, ..]``, one for each surface, where the classifier takes some; a cohort has its own.
+        A classifier of several structures takes a surface for each by its name, a list of such subjects, or a cohort.
         """
-        return self.run("predict", {"model": model, **_group(group)}, **options)
+        return self.run("predict", {"model": model, **_subjects(group)}, **options)
 
     def report(self, of: Union[Cohort, str, Sequence[str]], **options: Any) -> Result:
         """Jobs, by their ids, or all analyses of a cohort as one page that opens offline: ``html``, ``bytes``.
