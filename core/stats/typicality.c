@@ -9,6 +9,14 @@
  *
  * It is off by less than 1 % from 6 degrees of freedom on, and too wide below.
  *
+ * Centre and scale are those of Huber's proposal 2 (P. Huber, "Robust estimation of a location
+ * parameter", Ann. Math. Statist. 1964) as the Analytical Methods Committee computes them ("Robust
+ * statistics - how not to reject outliers", Analyst 1989, algorithm A; ISO 13528): from median and
+ * median deviation on, values further than 1.5 s from the centre are drawn in to there, and the
+ * centre becomes their mean, s 1.134 times their standard deviation, until both rest. In normal
+ * data s is worth .88 of a standard deviation's degrees of freedom; a median deviation is worth
+ * .37. One value in five may be anywhere and the limit stays finite.
+ *
  * What a comparison by folds knows of member i: with d_ij its distances, s its fold's rms distance
  * between two of the t training members and m their mean,
  *
@@ -28,7 +36,12 @@
 #define VARIANCE_SHARE 0.95
 #define SUBJECTS_PER_COMPONENT 4
 #define NORMAL_MAD 1.482602218505602 /* standard deviation over median deviation, normal data */
-#define FREEDOM 0.42 /* degrees of it that a median deviation has for each subject but one */
+#define DRAWN_IN 1.5                 /* standard deviations, from where on values are drawn in */
+#define NORMAL_DRAWN_IN 1.134 /* standard deviation over that of values drawn in, normal data */
+#define ROUNDS 100
+#define AT_REST 1e-10        /* change of the scale in a round, relative */
+#define FREEDOM 0.88         /* degrees of it that the scale has for each subject but one */
+#define CENTRE 1.05          /* variance of the centre, over that of a mean */
 #define DEVIATION_LEAST 0.05 /* of a reference, relative */
 #define ANGLE_LEAST (SRNF_PI / 180.0)
 #define ROUNDING 1e-7 /* of a norm, that differences of its square leave */
@@ -111,25 +124,59 @@ static double median(size_t n, double all, struct weighted *values)
     return low;
 }
 
-/* The limit; count: of subjects; scratch: [n] with their weights */
+static double draw_in(double value, double most)
+{
+    return fmax(-most, fmin(most, value));
+}
+
+/* Centre and scale of the values, [2][n] with their weights, `count` in total; the second half is
+   scratch. Orders them. */
+static double find_centre(size_t n, double count, struct weighted *values, double *scale)
+{
+    struct weighted *deviations = values + n;
+    double centre = median(n, count, values);
+    double before = 0.0;
+
+    for (size_t i = 0; i < n; i++) {
+        deviations[i] = (struct weighted){fabs(values[i].value - centre), values[i].weight};
+    }
+    *scale = NORMAL_MAD * median(n, count, deviations);
+    for (size_t round = 0; round < ROUNDS && fabs(*scale - before) > AT_REST * *scale; round++) {
+        double most = DRAWN_IN * *scale;
+        double mean = 0.0;
+        double square = 0.0;
+
+        for (size_t i = 0; i < n; i++) {
+            mean += values[i].weight / count * draw_in(values[i].value - centre, most);
+        }
+        for (size_t i = 0; i < n; i++) {
+            double d = draw_in(values[i].value - centre, most) - mean;
+
+            square += values[i].weight * d * d;
+        }
+        before = *scale;
+        centre += mean;
+        *scale = NORMAL_DRAWN_IN * sqrt(square / (count - 1.0));
+    }
+    return centre;
+}
+
+/* The limit; count: of subjects; scratch: [2][n], the first with their
+   weights */
 static double find_limit(enum srnf_trait trait, size_t n, const double *values, double count,
                          double alpha, struct weighted *scratch)
 {
     double t = student_quantile(alpha, fmax(1.0, FREEDOM * (count - 1.0)));
-    double middle;
-    double deviation;
+    double scale;
+    double centre;
     double limit;
 
     for (size_t i = 0; i < n; i++) {
         scratch[i].value = transform(trait, values[i]);
     }
-    middle = median(n, count, scratch);
-    for (size_t i = 0; i < n; i++) {
-        scratch[i].value = fabs(scratch[i].value - middle);
-    }
-    deviation = fmax(NORMAL_MAD * median(n, count, scratch),
-                     DEVIATION_LEAST * (is_log(trait) ? 1.0 : middle));
-    limit = transform_back(trait, middle + t * deviation * sqrt(1.0 + 0.5 * SRNF_PI / count));
+    centre = find_centre(n, count, scratch, &scale);
+    scale = fmax(scale, DEVIATION_LEAST * (is_log(trait) ? 1.0 : centre));
+    limit = transform_back(trait, centre + t * scale * sqrt(1.0 + CENTRE / count));
     return trait == SRNF_TRAIT_ANGLE ? fmax(limit, ANGLE_LEAST) : limit;
 }
 
@@ -162,7 +209,7 @@ int srnf_typicality_of(enum srnf_trait trait, size_t n, const double *values, co
             return SRNF_EINVAL;
         }
     }
-    scratch = srnf_alloc(n, sizeof *scratch);
+    scratch = srnf_alloc(n, 2 * sizeof *scratch);
     if (!scratch) {
         return SRNF_ENOMEM;
     }
