@@ -66,6 +66,7 @@ async function main() {
     const run = (process, inputs) => call('POST', `/v1/processes/${process}/execution`, { inputs }, { 'Content-Type': 'application/json', Prefer: 'wait=300' });
     const model = (await run('pca', { cohort: 'once', register: false })).model.id;
     const classifier = (await run('train', { cohort: 'once', method: 'srnf-nn' })).model.id;
+    const joint = (await run('train-parts', { cohort: 'twice', method: 'srnf-nn', lmax: 4, commonPose: true })).model.id;
 
     const group = { cohort: 'once', register: false };
     // Where the axes of an ellipsoid end, more or less.
@@ -98,7 +99,9 @@ async function main() {
         trajectories: [{ cohort: 'twice', register: false, ...few, formula: 'shape ~ site', at: JSON.stringify([60, 61, 62].flatMap((time) => [4, 5].map((i) => ({ time, site: PAYLOADS[i] })))) }, 'slopes of subjects vary about that', 50],
         classify: [{ cohort: 'once', method: 'srnf-nn', lmax: 4 }, 'Accuracy', 3],
         train: [{ cohort: 'once', method: 'srnf-nn', lmax: 4 }, 'right, each without its subject', 3],
+        'train-parts': [{ cohort: 'twice', method: 'srnf-nn', lmax: 4, commonPose: true }, 'right, each without its subject', 4],
         predict: [{ model: classifier, surfaces: a }, 'before it was seen|its label and its probabilities say nothing'],
+        'predict of structures': [{ model: joint, parts: JSON.stringify({ [PAYLOADS[2]]: a, [PAYLOADS[3]]: b }) }, 'beyond the model', 4],
         shoot: [{ surface: a, velocity: b, times: '0.5, 1', register: false }, 'relative energy'],
         transport: [{ from: a, to: b, vector: c, register: false }, 'Length of the vector'],
         transfer: [{ source: a, deformed: b, target: c, register: false }, 'Open, download'],
@@ -115,7 +118,7 @@ async function main() {
     });
     for (const [id, [inputs, shown, least = 1]] of Object.entries(forms).filter(([name]) => !only || only.split(',').includes(name))) {
         await step(`${id} is started by its form, and its results have a view`, async () => {
-            await visit(page, `#/analyses/${id}?${new URLSearchParams(inputs)}`);
+            await visit(page, `#/analyses/${id.split(' ')[0]}?${new URLSearchParams(inputs)}`);
             await page.waitForSelector('form.form');
             await page.waitForFunction(() => /Takes|depends on more|Estimating|No estimate/.test(document.querySelector('form').innerText));
             await waitText(page, 'Takes |depends on more');

@@ -14,7 +14,7 @@ const GroupLandmarkField = later<any>(() => import('./landmark_field').then((m) 
 const KINDS: [string, string[]][] = [
     ['Of a cohort', ['pca', 'mean', 'compare-groups', 'classify', 'regress', 'distances', 'neighbours', 'evaluate-model', 'report']],
     ['Of subjects with several visits, sides or structures', ['change', 'trajectories', 'asymmetry', 'pca-parts', 'classify-parts']],
-    ['Of a new shape, by what is known', ['score', 'project', 'train', 'predict', 'modes', 'sample']],
+    ['Of a new shape, by what is known', ['score', 'project', 'train', 'train-parts', 'predict', 'modes', 'sample']],
     ['Of two shapes or three', ['geodesic', 'register', 'shoot', 'transport', 'transfer']],
     ['Of a mesh or a segmentation', ['extract', 'repair', 'mirror', 'encode', 'invert']],
 ];
@@ -286,7 +286,7 @@ const about = (seconds: number): string => (seconds < 1 ? 'less than a second' :
 /** What the service expects of these inputs, or why it would refuse them, before anything is started. */
 function Expected({ process, kinds, texts, parts }: { process: api.Process; kinds: Kind[]; texts: Record<string, string>; parts?: string[] }) {
     const inputs = inputsOf(process, kinds, texts);
-    const lacks = kinds.includes('parts') && parts ? parts.filter((name) => !(inputs.parts as Record<string, string> | undefined)?.[name]) : [];
+    const lacks = kinds.includes('parts') && parts && !inputs.cohort ? parts.filter((name) => !(inputs.parts as Record<string, string> | undefined)?.[name]) : [];
     const whole = lacks.length === 0 && process.inputs.every((i) => !i.required || inputs[i.name] !== undefined);
     const asked = JSON.stringify(inputs);
     const [found, setFound] = useState<{ asked: string; estimate?: api.Estimate; error?: unknown }>();
@@ -347,15 +347,17 @@ export function Form({ id }: { id: string }) {
         const start: Record<string, string> = {};
         for (const input of process.inputs) {
             const old = before[input.name];
-            const was = old && typeof old === 'object' && old.surfaces && old.name ? old.name : old;
+            const one = input.name === 'parts' && Array.isArray(old) && old.length === 1 ? old[0] : old; // subjects, of which the form takes one
+            const was = one && typeof one === 'object' && (one.surfaces || one.subjects) && one.name ? one.name : one;
             start[input.name] = query.get(input.name) ?? textOf(within(input.schema) && was && typeof was === 'object' ? was[within(input.schema)!] ?? was : was ?? input.schema.default);
             if (input.name === 'lmax' && !start.lmax && query.get('cohort')) start.lmax = '15';
         }
         setTexts(start);
     }, [loaded.value]);
     /** What an input of a shape means where the model has parts, and the other way round: nothing. */
-    const isAsked = (input: api.Input, kind: Kind, kinds: Kind[]): boolean => (kinds.includes('parts') ? (partsOfModel ? !/^surfaces?$/.test(input.name) : kind !== 'parts')
-        : !(kind === 'shapes' && !input.required && kinds.includes('cohort') && texts.cohort)); // shapes are the other way to name a group
+    const isOfOther = (input: api.Input, kind: Kind): boolean => (partsOfModel ? /^surfaces?$/.test(input.name) : kind === 'parts' || input.name === 'by');
+    const isAsked = (input: api.Input, kind: Kind, kinds: Kind[]): boolean => !(kinds.includes('parts') && isOfOther(input, kind))
+        && !(['shapes', 'parts'].includes(kind) && !input.required && kinds.includes('cohort') && texts.cohort); // the other way to name a group
     const asked = (process: api.Process, kinds: Kind[]): Record<string, string> =>
         Object.fromEntries(process.inputs.map((input, i) => [input.name, isAsked(input, kinds[i], kinds) ? texts[input.name] ?? '' : '']));
     const submit = async (event: Event) => {

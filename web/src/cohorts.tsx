@@ -47,6 +47,7 @@ const QUESTIONS: Question[] = [
     ['classify-parts', 'Classify by structures', 'Can the group be told from several structures together?', (members) => (!members.some((m) => m.subject) || !differ(partsOf(members)) ? 'needs subjects and a column part' : twoLabels(members))],
     ['neighbours', 'Neighbours', 'Which are nearest to each?'],
     ['train', 'Keep a classifier', 'What label will a new shape have?', twoLabels],
+    ['train-parts', 'Keep a classifier by structures', 'What label will a new subject have, by several structures?', (members) => (!members.some((m) => m.subject) || !differ(partsOf(members)) ? 'needs subjects and a column part' : twoLabels(members))],
     ['report', 'Report', 'All that was found, as one page'],
 ];
 

@@ -3,6 +3,7 @@ import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import type { ComponentChildren } from 'preact';
 import * as api from './api';
 import { Confusion, Curve, DataTable, HeatMap, Intervals, Scatter, Spread, Variance, scaling } from './charts';
+import { GROUPS } from './colours';
 import { link } from './router';
 import { normalsOf } from './geometry';
 import { Groups } from './groups';
@@ -323,11 +324,13 @@ function WholeDistances({ result, matrix, job }: { result: api.Outputs<'distance
 
 // ---- Classifiers -------------------------------------------------------------------------------------------------------
 
-function Trained({ result }: { result: api.Outputs<'train'> }) {
+function Trained({ result }: { result: api.Outputs<'train'> | api.Outputs<'train-parts'> }) {
     const missed = result.perSubject.filter((s: any) => s.predicted !== s.label);
+    const parts: any[] | undefined = 'parts' in result ? result.parts : undefined;
     return (
         <>
-            <p class="big">{result.validation.correct} of {plural(result.validation.members, 'member')} right, each without its subject.</p>
+            <p class="big">{result.validation.correct} of {plural(result.validation.members, parts ? 'subject' : 'member')} right, each without its subject.</p>
+            {parts && <p class="quiet">By {plural(parts.length, 'structure')} together: {parts.map((part) => `${part.name} (weight ${figure(part.weight)})`).join(', ')}.</p>}
             <Findings result={result} />
             <h2>Missed: {missed.length}</h2>
             <DataTable rows={[['subject', 'is', 'taken for', ...result.classes.map((c: string) => `probability of ${c}`)],
@@ -352,11 +355,13 @@ function Predicted({ result }: { result: api.Outputs<'predict'> }) {
                     ))}</tbody>
                 </table></div>
                 <div>
-                    <Linked id={one.surface} title={`${one.subject}: ${one.label}`} />
+                    {one.parts ? <div class="gallery">{one.parts.map((part: any, k: number) => <Linked key={part.surface} id={part.surface} title={`${one.subject}, ${part.name}: ${one.label}`} colour={GROUPS[k % GROUPS.length]} />)}</div>
+                        : <Linked id={one.surface} title={`${one.subject}: ${one.label}`} />}
                     {far ? <p class="wrong">It is unlike the members of every class ({far}): its label and its probabilities say nothing.</p>
                         : <p>Probability of {one.label}: {figure(100 * one.probabilities[one.label])} %, against {figure(100 * result.priors[one.label])} % before it was seen.</p>}
                 </div>
             </div>
+            {one.parts && <DataTable rows={[['structure', 'distance from the mean', 'beyond the model'], ...one.parts.map((part: any) => [part.name, part.distance, part.residual])]} />}
             <Findings result={result} />
         </>
     );
@@ -463,6 +468,7 @@ const VIEWS: { [P in api.ProcessId]?: (result: api.Outputs<P>, job: api.Job) => 
     distances: (result, job) => <Distances result={result} job={job} />,
     regress: (result) => <Regression result={result} />,
     train: (result) => <Trained result={result} />,
+    'train-parts': (result) => <Trained result={result} />,
     predict: (result) => <Predicted result={result} />,
     score: (result) => <Scored result={result} />,
     report: (result, job) => <Written result={result} job={job} />,

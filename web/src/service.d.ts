@@ -1580,7 +1580,7 @@ export interface components {
             };
             name?: string | null;
             tags?: string[] | null;
-            inputs: components["schemas"]["extractInputs"] | components["schemas"]["encodeInputs"] | components["schemas"]["invertInputs"] | components["schemas"]["geodesicInputs"] | components["schemas"]["registerInputs"] | components["schemas"]["distancesInputs"] | components["schemas"]["meanInputs"] | components["schemas"]["pcaInputs"] | components["schemas"]["modesInputs"] | components["schemas"]["sampleInputs"] | components["schemas"]["projectInputs"] | components["schemas"]["evaluate-modelInputs"] | components["schemas"]["compare-groupsInputs"] | components["schemas"]["shootInputs"] | components["schemas"]["transportInputs"] | components["schemas"]["transferInputs"] | components["schemas"]["classifyInputs"] | components["schemas"]["repairInputs"] | components["schemas"]["mirrorInputs"] | components["schemas"]["regressInputs"] | components["schemas"]["trainInputs"] | components["schemas"]["predictInputs"] | components["schemas"]["scoreInputs"] | components["schemas"]["reportInputs"] | components["schemas"]["changeInputs"] | components["schemas"]["asymmetryInputs"] | components["schemas"]["pca-partsInputs"] | components["schemas"]["trajectoriesInputs"] | components["schemas"]["neighboursInputs"] | components["schemas"]["classify-partsInputs"];
+            inputs: components["schemas"]["extractInputs"] | components["schemas"]["encodeInputs"] | components["schemas"]["invertInputs"] | components["schemas"]["geodesicInputs"] | components["schemas"]["registerInputs"] | components["schemas"]["distancesInputs"] | components["schemas"]["meanInputs"] | components["schemas"]["pcaInputs"] | components["schemas"]["modesInputs"] | components["schemas"]["sampleInputs"] | components["schemas"]["projectInputs"] | components["schemas"]["evaluate-modelInputs"] | components["schemas"]["compare-groupsInputs"] | components["schemas"]["shootInputs"] | components["schemas"]["transportInputs"] | components["schemas"]["transferInputs"] | components["schemas"]["classifyInputs"] | components["schemas"]["repairInputs"] | components["schemas"]["mirrorInputs"] | components["schemas"]["regressInputs"] | components["schemas"]["trainInputs"] | components["schemas"]["predictInputs"] | components["schemas"]["scoreInputs"] | components["schemas"]["reportInputs"] | components["schemas"]["changeInputs"] | components["schemas"]["asymmetryInputs"] | components["schemas"]["pca-partsInputs"] | components["schemas"]["trajectoriesInputs"] | components["schemas"]["neighboursInputs"] | components["schemas"]["classify-partsInputs"] | components["schemas"]["train-partsInputs"];
         };
         Estimate: {
             estimatedSeconds: number | null;
@@ -1593,7 +1593,7 @@ export interface components {
         FramedResults: {
             [key: string]: unknown;
         } | components["schemas"]["Any"][] | (string | null) | number | boolean;
-        Results: components["schemas"]["extractOutputs"] | components["schemas"]["encodeOutputs"] | components["schemas"]["invertOutputs"] | components["schemas"]["geodesicOutputs"] | components["schemas"]["registerOutputs"] | components["schemas"]["distancesOutputs"] | components["schemas"]["meanOutputs"] | components["schemas"]["pcaOutputs"] | components["schemas"]["modesOutputs"] | components["schemas"]["sampleOutputs"] | components["schemas"]["projectOutputs"] | components["schemas"]["evaluate-modelOutputs"] | components["schemas"]["compare-groupsOutputs"] | components["schemas"]["shootOutputs"] | components["schemas"]["transportOutputs"] | components["schemas"]["transferOutputs"] | components["schemas"]["classifyOutputs"] | components["schemas"]["repairOutputs"] | components["schemas"]["mirrorOutputs"] | components["schemas"]["regressOutputs"] | components["schemas"]["trainOutputs"] | components["schemas"]["predictOutputs"] | components["schemas"]["scoreOutputs"] | components["schemas"]["reportOutputs"] | components["schemas"]["changeOutputs"] | components["schemas"]["asymmetryOutputs"] | components["schemas"]["pca-partsOutputs"] | components["schemas"]["trajectoriesOutputs"] | components["schemas"]["neighboursOutputs"] | components["schemas"]["classify-partsOutputs"];
+        Results: components["schemas"]["extractOutputs"] | components["schemas"]["encodeOutputs"] | components["schemas"]["invertOutputs"] | components["schemas"]["geodesicOutputs"] | components["schemas"]["registerOutputs"] | components["schemas"]["distancesOutputs"] | components["schemas"]["meanOutputs"] | components["schemas"]["pcaOutputs"] | components["schemas"]["modesOutputs"] | components["schemas"]["sampleOutputs"] | components["schemas"]["projectOutputs"] | components["schemas"]["evaluate-modelOutputs"] | components["schemas"]["compare-groupsOutputs"] | components["schemas"]["shootOutputs"] | components["schemas"]["transportOutputs"] | components["schemas"]["transferOutputs"] | components["schemas"]["classifyOutputs"] | components["schemas"]["repairOutputs"] | components["schemas"]["mirrorOutputs"] | components["schemas"]["regressOutputs"] | components["schemas"]["trainOutputs"] | components["schemas"]["predictOutputs"] | components["schemas"]["scoreOutputs"] | components["schemas"]["reportOutputs"] | components["schemas"]["changeOutputs"] | components["schemas"]["asymmetryOutputs"] | components["schemas"]["pca-partsOutputs"] | components["schemas"]["trajectoriesOutputs"] | components["schemas"]["neighboursOutputs"] | components["schemas"]["classify-partsOutputs"] | components["schemas"]["train-partsOutputs"];
         extractInputs: {
             volume: string;
             labels: number[];
@@ -2299,14 +2299,14 @@ export interface components {
         };
         trainOutputs: {
             model?: Record<string, unknown>;
+            members?: number;
+            relativeEnergy?: number | null;
             validation?: Record<string, unknown>;
             perSubject?: Record<string, unknown>[];
             classes?: string[];
             features?: string[];
             refitted?: string[];
-            members?: number;
             subjects?: number;
-            relativeEnergy?: number | null;
             lmax?: number;
             bridged?: boolean;
             bridgedSurfaces?: string[];
@@ -2323,6 +2323,12 @@ export interface components {
             model: string;
             surfaces?: string[];
             cohort?: string | null;
+            parts?: ({
+                [key: string]: string;
+            } | null) | {
+                [key: string]: string;
+            }[];
+            by?: string | null;
             mixedRoutes?: boolean;
             priors?: {
                 [key: string]: number;
@@ -2730,6 +2736,49 @@ export interface components {
             }[];
             numericBuild?: string;
         };
+        "train-partsInputs": {
+            cohort: string;
+            mixedRoutes?: boolean;
+            by?: string;
+            /** @default {} */
+            weights: {
+                [key: string]: number;
+            };
+            /** @enum {unknown} */
+            method?: "srnf-gauss" | "srnf-nn";
+            components?: "auto" | number;
+            /** @enum {unknown} */
+            covariance?: "auto" | "pooled" | "class";
+            /** @enum {unknown} */
+            scale?: "shape" | "shape-and-size";
+            covariates?: string[];
+            sizeWeight?: number;
+            /** @enum {unknown} */
+            priors?: "cohort" | "equal";
+            commonPose?: boolean;
+            lmax?: number;
+        };
+        "train-partsOutputs": {
+            model?: Record<string, unknown>;
+            parts?: Record<string, unknown>[];
+            validation?: Record<string, unknown>;
+            perSubject?: Record<string, unknown>[];
+            classes?: string[];
+            features?: string[];
+            refitted?: string[];
+            subjects?: number;
+            lmax?: number;
+            bridged?: boolean;
+            bridgedSurfaces?: string[];
+            registration?: Record<string, unknown> | null;
+            inputs?: Record<string, unknown>;
+            warnings?: {
+                code: string;
+                detail: string;
+                figures?: Record<string, unknown>;
+            }[];
+            numericBuild?: string;
+        };
     };
     responses: {
         NotModified: {
@@ -2816,7 +2865,7 @@ export interface components {
         TableFormat: "json" | "csv" | "npy";
         Condensed: boolean;
         JobId: string;
-        ProcessId: "extract" | "encode" | "invert" | "geodesic" | "register" | "distances" | "mean" | "pca" | "modes" | "sample" | "project" | "evaluate-model" | "compare-groups" | "shoot" | "transport" | "transfer" | "classify" | "repair" | "mirror" | "regress" | "train" | "predict" | "score" | "report" | "change" | "asymmetry" | "pca-parts" | "trajectories" | "neighbours" | "classify-parts";
+        ProcessId: "extract" | "encode" | "invert" | "geodesic" | "register" | "distances" | "mean" | "pca" | "modes" | "sample" | "project" | "evaluate-model" | "compare-groups" | "shoot" | "transport" | "transfer" | "classify" | "repair" | "mirror" | "regress" | "train" | "predict" | "score" | "report" | "change" | "asymmetry" | "pca-parts" | "trajectories" | "neighbours" | "classify-parts" | "train-parts";
         Limit: number;
         Cursor: string;
         ListSort: "created" | "-created" | "name" | "-name";
