@@ -20,7 +20,7 @@
 #include "api/warnings.h"
 
 #define NUMBER_MAX 64  /* bytes of the longest number that is read */
-#define STRAYS_PART 10 /* of a column, that may be other than numbers and yet look mistaken */
+#define STRAYS_SHOWN 3 /* different texts among numbers that a warning quotes */
 
 static bool wrong(char problem[DELIMITED_PROBLEM_MAX], const char *format, ...)
     __attribute__((format(printf, 2, 3)));
@@ -68,14 +68,29 @@ static bool is_boolean(const char *cell)
     return strcasecmp(cell, "true") == 0 || strcasecmp(cell, "false") == 0;
 }
 
-/* A column of numbers but for few cells was most likely meant to be one of numbers. */
+/* What people write where nothing is known. It is no number, and no text of a column of texts
+   either; what it stands for is not guessed. */
+static bool is_placeholder(const char *cell)
+{
+    static const char *const all[] = {"-",    "--",   ".",       "?",       "x",    "n.a.",
+                                      "none", "null", "missing", "unknown", "n.d.", "nd"};
+
+    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
+        if (strcasecmp(cell, all[i]) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* A column of numbers was most likely meant to be one where most cells are, or all but those that
+   stand for nothing. */
 static void note_strays(struct study_table *table, size_t column, size_t numbers, size_t said,
-                        size_t first)
+                        size_t placeholders, size_t first)
 {
     size_t others = said - numbers;
-    bool few = others > 0 && (others == 1 ? numbers > 1 : others <= said / STRAYS_PART);
 
-    if (few) {
+    if (others > 0 && numbers > 1 && (numbers > others || others == placeholders)) {
         table->strays[column] =
             (struct study_strays){.numbers = numbers, .others = others, .row = first};
     }
@@ -86,6 +101,7 @@ static bool judge_column(struct study_table *table, size_t column,
                          char problem[DELIMITED_PROBLEM_MAX])
 {
     size_t said = 0, points = 0, commas = 0, whole = 0, booleans = 0, first = SIZE_MAX;
+    size_t placeholders = 0;
     const char *name = table->cells.cells[column];
 
     for (size_t i = 0; i < table->cells.rows; i++) {
@@ -101,11 +117,12 @@ static bool judge_column(struct study_table *table, size_t column,
             points += !is_number(cell, ',');
         } else if (is_number(cell, ',')) {
             commas++;
-        } else if (first == SIZE_MAX) {
-            first = i;
+        } else {
+            first = first == SIZE_MAX ? i : first;
+            placeholders += is_placeholder(cell);
         }
     }
-    note_strays(table, column, points + commas + whole, said, first);
+    note_strays(table, column, points + commas + whole, said, placeholders, first);
     table->kinds[column] = said == 0                ? STUDY_EMPTY
                            : booleans == said       ? STUDY_BOOLEAN
                            : points + whole == said ? STUDY_NUMBER
@@ -264,22 +281,50 @@ const char *study_table_key(const struct study_table *table, size_t row)
 
 /* ---- Warnings -------------------------------------------------------------------------------- */
 
+/* The first different texts among the numbers of a column, quoted; cells gets all that are shown. */
+static void quote_strays(const struct study_table *table, size_t column, json_t *cells, char *text,
+                         size_t size)
+{
+    size_t length = 0, more = 0;
+
+    text[0] = '\0';
+    for (size_t i = table->strays[column].row; i < table->cells.rows; i++) {
+        const char *cell = delimited_cell(&table->cells, i, column);
+        bool told = says_nothing(cell) || is_number(cell, '.') || is_number(cell, ',');
+
+        for (size_t k = 0; k < json_array_size(cells) && !told; k++) {
+            told = strcmp(json_string_value(json_array_get(cells, k)), cell) == 0;
+        }
+        if (!told && json_array_size(cells) == STRAYS_SHOWN) {
+            more = 1;
+        } else if (!told) {
+            (void)snprintf(text + length, size - length, "%s\"%.40s\"", length ? ", " : "", cell);
+            length = strlen(text);
+            (void)json_array_append_new(cells, json_string(cell));
+        }
+    }
+    (void)snprintf(text + length, size - length, "%s", more ? " and others" : "");
+}
+
 static void warn_of_strays(const struct study_table *table, size_t column, json_t *warnings)
 {
     const struct study_strays *strays = &table->strays[column];
     const char *name = table->cells.cells[column];
-    const char *cell = delimited_cell(&table->cells, strays->row, column);
     unsigned line = table->cells.lines[strays->row + 1];
+    json_t *cells = json_array();
+    char quoted[64 * STRAYS_SHOWN];
 
-    warning_add(warnings, "column-is-text",
-                json_pack("{s:s, s:I, s:s, s:I, s:I}", "column", name, "line", (json_int_t)line,
-                          "cell", cell, "numbers", (json_int_t)strays->numbers, "others",
-                          (json_int_t)strays->others),
-                "Column %.80s is read as text, since line %u has \"%.60s\" and not a number%s; its "
-                "other %zu cells are numbers. Correct it, or leave the cell empty or NA where "
-                "nothing is known.",
-                name, line, cell, strays->others > 1 ? " (the first of several)" : "",
-                strays->numbers);
+    quote_strays(table, column, cells, quoted, sizeof quoted);
+    warning_add(
+        warnings, "column-is-text",
+        json_pack("{s:s, s:I, s:s, s:o, s:I, s:I}", "column", name, "line", (json_int_t)line,
+                  "cell", delimited_cell(&table->cells, strays->row, column), "cells", cells,
+                  "numbers", (json_int_t)strays->numbers, "others", (json_int_t)strays->others),
+        "Column %.80s is read as text, since %zu of its cells %s no number%s: %s, line %u "
+        "first. Its other %zu cells are numbers. Correct %s, or leave cells empty or NA "
+        "where nothing is known.",
+        name, strays->others, strays->others == 1 ? "is" : "are", strays->others == 1 ? "" : "s",
+        quoted, line, strays->numbers, strays->others == 1 ? "it" : "them");
 }
 
 void study_table_warn(const struct study_table *table, json_t *warnings)

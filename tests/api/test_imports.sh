@@ -98,6 +98,23 @@ is "$(json '.summary | [.meshes, .volumes, .new, .notAnalysable, .members] | toj
 is "$(json '[.summary.columns[] | .kind] | tojson')" '["text","text","text","number"]' 'and what its columns were read as'
 is "$(json '[.warnings[].code] | tojson')" '["column-is-text","no-label-column"]' 'and warnings'
 is "$(json '.warnings[0].figures | [.column, .line, .cell, .numbers] | tojson')" '["age",3,"unknwon",2]' 'that name the cell'
+strays() { # AGE.., of members of a table
+    local i=0 age files=()
+    printf 'file;label;age' >"$SCRATCH/mixed/t.csv"
+    for age in "$@"; do
+        i=$((i + 1))
+        sed "s/2[.]00[0-9]/2.00$i/" "$SCRATCH/mixed/v1.off" >"$SCRATCH/mixed/w$i.off"
+        printf '\nw%d.off;a;%s' "$i" "$age" >>"$SCRATCH/mixed/t.csv"
+        files+=(-F "file=@$SCRATCH/mixed/w$i.off")
+    done
+    post /v1/imports -F "cohort=strays$#" -F "file=@$SCRATCH/mixed/t.csv" "${files[@]}"
+    json '[.warnings[] | select(.code == "column-is-text") | .figures | [.column, .line, .cells, .numbers, .others]] | tojson'
+}
+is "$(strays 41 - 42 44 12,5y '?' 39)" '[["age",3,["-","12,5y","?"],4,3]]' \
+    'several cells that are no numbers among more that are'
+like "$(json '.warnings[0].detail')" '3 of its cells are no numbers: "-", "12,5y", "[?]", line 3 first' 'are quoted'
+is "$(strays 41 - - - - 43)" '[["age",3,["-"],2,4]]' 'so are many that stand for nothing'
+is "$(strays 41 old young old 43)" '[]' 'words with numbers among them are words'
 get "/v1/volumes/$VOLUME"
 is "$STATUS $(json .labelCount)" '200 12' 'the volume is there'
 curl -fsS -o "$SCRATCH/back.nii.gz" "$URL/v1/volumes/$VOLUME/content"
