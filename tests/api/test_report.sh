@@ -220,7 +220,7 @@ if [ -z "$SRNFD_SANITIZED" ]; then # they register all pairs, which test_neighbo
 fi
 execute report "{\"jobs\":[$(IFS=, && echo "${WHOLE[*]}")],\"title\":\"Whole\",\"resolution\":8}"
 is "$STATUS" 200 'a report of slopes, structures and neighbours'
-is "$(json .shapes)" $((SRNFD_SANITIZED ? 12 : 13)) 'the mean, a coefficient, four predictions, two means, four of a mode, and the registered one'
+is "$(json .shapes)" "$([ -n "$SRNFD_SANITIZED" ] && echo 12 || echo 13)" 'the mean, a coefficient, four predictions, two means, four of a mode, and the registered one'
 jq -j .html "$BODY" >"$SCRATCH/whole.html"
 python3 - "$SCRATCH/whole.html" >"$SCRATCH/whole.data" <<'PYTHON'
 import re, sys
