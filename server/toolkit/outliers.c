@@ -75,8 +75,7 @@ static void judge(const json_t *cohort, const char *name, size_t n, double *valu
     }
 }
 
-/* Column c of rows, or row c of columns, into values; false where that is not all numbers. */
-static bool read(const json_t *table, bool rows, size_t c, size_t n, double *values)
+bool outliers_read(const json_t *table, bool rows, size_t c, size_t n, double *values)
 {
     for (size_t i = 0; i < n; i++) {
         const json_t *one = rows ? json_array_get(json_array_get(table, i), c)
@@ -106,7 +105,7 @@ static void judge_all(const json_t *cohort, const json_t *names, const json_t *t
             json_string_value(json_is_object(one) ? json_object_get(one, "name") : one);
 
         /* Products and levels follow from the columns that they are made of. */
-        if (name && !strpbrk(name, ":[") && read(table, rows, c, n, values)) {
+        if (name && !strpbrk(name, ":[") && outliers_read(table, rows, c, n, values)) {
             judge(cohort, name, n, values, document);
         }
     }
@@ -116,10 +115,11 @@ static void judge_all(const json_t *cohort, const json_t *names, const json_t *t
 void outliers_warn(const json_t *inputs, json_t *document)
 {
     const json_t *cohort = json_object_get(inputs, "cohort");
+    const json_t *values = json_object_get(cohort, "values"); /* where members are classified */
 
     if (json_is_object(cohort)) {
         judge_all(cohort, json_object_get(inputs, "covariates"),
-                  json_object_get(cohort, "covariates"), false, document);
+                  values ? values : json_object_get(cohort, "covariates"), false, document);
     }
 }
 

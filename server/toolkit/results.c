@@ -5,9 +5,11 @@
 #include "toolkit/process.h"
 #include "api/json_memory.h"
 #include "toolkit/answers.h"
+#include "toolkit/giveaways.h"
 #include "toolkit/outliers.h"
 #include "toolkit/routes.h"
 #include "toolkit/scales.h"
+#include "toolkit/sizes.h"
 #include "api/surfaces.h"
 #include "api/warnings.h"
 #include "store/mesh.h"
@@ -93,6 +95,7 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
     units_warn(run, inputs, document);
     shapes_warn(run, inputs, document);
     outliers_warn(inputs, document);
+    giveaways_warn(inputs, document);
     answers_warn(inputs, document);
     warnings_merge(warnings_of(document), doubts);
     json_decref(doubts);

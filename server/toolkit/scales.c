@@ -1,5 +1,5 @@
 /*
- * scales.c - scales, degrees, sizes and volumes of what a process compares, from the records.
+ * scales.c - scales, degrees and volumes of what a process compares, from the records.
  */
 #include "toolkit/scales.h"
 
@@ -19,15 +19,12 @@
 #define AREA_NEAR 2.0 /* factor within which a made surface counts as one of unit area */
 #define AREA_FAR 10.0 /* factor beyond which it does not */
 #define LABEL_SHOWN 60
-#define PARTED_MIN 2      /* members of a label that a degree can go with */
-#define UNITS_FACTOR 10.0 /* between roots of areas: more than any growth, less than mm and cm */
+#define PARTED_MIN 2 /* members of a label that a degree can go with */
 
 /* ---- What is compared ------------------------------------------------------------------------ */
 
-/* Calls visit for each surface, mesh or model that canonical inputs compare with others, with the
-   label that it has in the cohort or NULL. */
-static void each_input(const json_t *inputs, bool with_transfer,
-                       void (*visit)(void *user, const char *id, const char *label), void *user)
+void inputs_each(const json_t *inputs, bool with_transfer,
+                 void (*visit)(void *user, const char *id, const char *label), void *user)
 {
     static const char *const single[] = {"model",  "surface", "from",     "to",    "template",
                                          "moving", "source",  "deformed", "target"};
@@ -160,7 +157,7 @@ bool inputs_scales(struct process_inputs *inputs)
     struct scale_tally tally = {.store = inputs->call->api->config.store};
     enum scale_kind unit = SCALE_UNIT, own = SCALE_OWN;
 
-    each_input(inputs->canonical, false, tally_scale, &tally);
+    inputs_each(inputs->canonical, false, tally_scale, &tally);
     if (tally.n[SCALE_UNIT] == 0) {
         unit = SCALE_NEAR_UNIT;
     } else if (tally.n[SCALE_OWN] == 0) {
@@ -301,98 +298,12 @@ void degrees_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
     if (tally.as_members && tally.most == 0) {
         tally.most = kept_degree(tally.store, inputs);
     }
-    each_input(inputs, true, tally_degree, &tally);
+    inputs_each(inputs, true, tally_degree, &tally);
     find_parted(&tally);
     if (tally.all.n > 1 && tally.all.lowest < tally.all.highest) {
         add_degrees(&tally, document);
     }
     srnf_free(tally.labels);
-}
-
-/* ---- Sizes ----------------------------------------------------------------------------------- */
-
-struct size_tally {
-    struct store *store;
-    char id[2][STORE_ID_MAX]; /* of the least and the greatest */
-    double size[2];
-    size_t n;
-};
-
-/* What a record calls area and scale; of a mesh the area that its report has. */
-static double size_of(struct store *store, const char *id)
-{
-    struct store_surface surface = {0};
-    struct store_mesh mesh = {0};
-    json_t *record = NULL;
-    double size = 0.0;
-
-    if (compute_is_mesh(id)) {
-        if (process_read(store_mesh_get(store, id, &mesh))) {
-            record = json_loads(mesh.report ? mesh.report : "{}", 0, NULL);
-            size = sqrt(json_number_value(json_object_get(record, "area")));
-        }
-        store_mesh_clear(&mesh);
-    } else if (process_read(store_surface_get(store, id, false, &surface))) {
-        record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
-        size = sqrt(json_number_value(json_object_get(record, "area"))) *
-               json_number_value(json_object_get(record, "scale"));
-    }
-    store_surface_clear(&surface);
-    json_decref(record);
-    return size;
-}
-
-static void tally_size(void *user, const char *id, const char *label)
-{
-    struct size_tally *tally = user;
-    double size = id && strncmp(id, "model-", 6) != 0 ? size_of(tally->store, id) : 0.0;
-
-    (void)label;
-    if (!(size > 0.0) || !isfinite(size)) {
-        return;
-    }
-    for (int end = 0; end < 2; end++) {
-        if (tally->n == 0 || (end ? size > tally->size[1] : size < tally->size[0])) {
-            tally->size[end] = size;
-            (void)snprintf(tally->id[end], STORE_ID_MAX, "%s", id);
-        }
-    }
-    tally->n++;
-}
-
-/* Of a transfer the target has its own units, unless sizes are absolute. */
-static void tally_transfer(struct size_tally *tally, const json_t *inputs)
-{
-    const char *size = json_string_value(json_object_get(inputs, "size"));
-
-    tally_size(tally, json_string_value(json_object_get(inputs, "source")), NULL);
-    tally_size(tally, json_string_value(json_object_get(inputs, "deformed")), NULL);
-    if (size && strcmp(size, "absolute") == 0) {
-        tally_size(tally, json_string_value(json_object_get(inputs, "target")), NULL);
-    }
-}
-
-void units_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
-{
-    struct size_tally tally = {.store = jobs_run_store(run)};
-    const char *scale = json_string_value(json_object_get(inputs, "scale"));
-
-    if (json_object_get(inputs, "deformed")) {
-        tally_transfer(&tally, inputs);
-    } else if (scale && strcmp(scale, "shape-and-size") == 0) {
-        each_input(inputs, true, tally_size, &tally);
-    }
-    if (tally.n < 2 || !(tally.size[1] >= UNITS_FACTOR * tally.size[0])) {
-        return;
-    }
-    warning_add(
-        warnings_of(document), "mixed-units",
-        json_pack("{s:o, s:s, s:o, s:s}", "least", json_finite(tally.size[0]), "smallest",
-                  tally.id[0], "greatest", json_finite(tally.size[1]), "largest", tally.id[1]),
-        "Sizes count here, and %s is %.3g times as large as %s (roots of their areas: %.4g "
-        "and %.4g). Are the files in one unit, and not some in millimetres and others in "
-        "metres?",
-        tally.id[1], tally.size[1] / tally.size[0], tally.id[0], tally.size[1], tally.size[0]);
 }
 
 /* ---- Volumes --------------------------------------------------------------------------------- */
@@ -425,7 +336,7 @@ void shapes_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
 {
     struct shape_tally tally = {.store = jobs_run_store(run)};
 
-    each_input(inputs, true, tally_shape, &tally);
+    inputs_each(inputs, true, tally_shape, &tally);
     for (size_t i = SHAPE_SOUND + 1; i < SHAPES; i++) {
         if (tally.of[i].n > 0) {
             warning_shape(warnings_of(document), tally.of[i].first, tally.of[i].n, tally.of[i].area,

@@ -1,6 +1,6 @@
 /*
- * scales.h - in what units surfaces are, by what degrees they were made, what sizes they
- * had and what they enclose: doubts that the records of what is compared tell of by themselves.
+ * scales.h - in what units surfaces are, by what degrees they were made and what they enclose:
+ * doubts that the records of what is compared tell of by themselves. sizes.h has those of sizes.
  *
  * SRNF distances of surfaces are those of shapes only where the surfaces have one scale. encode
  * brings them to unit area, or with scale none leaves them in the units of their files, and the
@@ -19,6 +19,12 @@
 
 #include "toolkit/process.h"
 
+/* Calls visit for each surface, mesh or model that canonical inputs compare with others, with the
+   label that it has in the cohort or NULL. with_transfer: source, deformed and target too, and the
+   parts of a subject. */
+void inputs_each(const json_t *inputs, bool with_transfer,
+                 void (*visit)(void *user, const char *id, const char *label), void *user);
+
 /* Answers 422 mixed-scales where canonical inputs name surfaces of both kinds. False when answered.
  */
 bool inputs_scales(struct process_inputs *inputs);
@@ -27,11 +33,6 @@ bool inputs_scales(struct process_inputs *inputs);
    goes beyond the lowest is not cut off by the input lmax; labels of the cohort that the degrees
    go with are named. */
 void degrees_warn(struct jobs_run *run, const json_t *inputs, json_t *document);
-
-/* Adds the warning mixed-units where sizes count (classify by shape-and-size, transfer) and the
-   largest is ten times as large as the smallest, or more: roots of areas, in the units of the
-   files. */
-void units_warn(struct jobs_run *run, const json_t *inputs, json_t *document);
 
 /* Adds surface-flat and surface-inside-out (api/warnings.h) where the records of what the inputs
    name tell of such volumes. */

@@ -129,10 +129,43 @@ run classify '{"cohort":"units","method":"harmonic-nn","lmax":4,"scale":"shape-a
 is "$STATUS $(count mixed-units)" '200 1' 'members in metres among others in millimetres are warned of'
 compare "$(warned mixed-units | jq '.[0].figures | .greatest / .least')" '>' 900 'with the figures'
 run classify '{"cohort":"units","method":"harmonic-nn","lmax":4}'
-is "$STATUS $(count mixed-units)" '200 0' 'unless sizes do not count'
+is "$STATUS $(count mixed-units)" '200 1' 'where sizes do not count two classes of them are'
+is "$(warned mixed-units | jq -c '.[0].figures | [.members, .first]')" "[[3,4],\"${METRES[0]}\"]" 'by their members'
+run mean "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${UNIT[2]}\",\"${UNIT[3]}\"],\"register\":false}"
+is "$STATUS $(count mixed-units)" '200 0' 'and structures of one unit are not'
+run pca "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${UNIT[2]}\",\"${UNIT[3]}\"],\"register\":false}"
+MODEL=$(json .model.id)
+run project "{\"model\":\"$MODEL\",\"surface\":\"${METRES[0]}\"}"
+is "$STATUS $(count mixed-units)" '200 1' 'nor does a surface in metres pass beside a model in millimetres'
+run project "{\"model\":\"$MODEL\",\"surface\":\"${UNIT[3]}\"}"
+is "$STATUS $(count mixed-units)" '200 0' 'as one in millimetres does'
 run transfer "{\"source\":\"${UNIT[0]}\",\"deformed\":\"${METRES[1]}\",\"target\":\"${UNIT[2]}\",\"register\":false}"
 is "$STATUS $(count mixed-units)" '200 1' 'so in the ratio of sizes of a transfer'
 run transfer "{\"source\":\"${UNIT[0]}\",\"deformed\":\"${UNIT[1]}\",\"target\":\"${METRES[0]}\",\"register\":false}"
 is "$STATUS $(count mixed-units)" '200 0' 'where the target has its own units'
+
+# ---- Covariates that are the label ---------------------------------------------------------------------
+
+python3 - "$URL" >"$SCRATCH/told.json" <<'PYTHON'
+import json, math
+from service import send
+
+def surface(k):
+    rows = {axis: [0.0] * 25 for axis in 'xyz'}
+    rows['x'][3], rows['y'][1], rows['z'][2] = 1.5, 1.2, 1.0 + 0.1 * (k % 2)
+    for axis in 'xyz':
+        for i in range(4, 16):
+            rows[axis][i] = 0.03 * math.sin(1.7 * k * i + ord(axis) * i * i)
+    return send('/v1/surfaces', {'coefficients': {'lmax': 4, **rows}})['id']
+
+print(json.dumps({'name': 'told', 'members': [{'id': surface(k), 'label': ('ctl', 'pat')[k % 2], 'covariates':
+    {'group': k % 2, 'age': -999 if k == 3 else 40 + k * k % 11, 'dose': 100 * (k % 2) + k}} for k in range(14)]}))
+PYTHON
+post_json /v1/cohorts "@$SCRATCH/told.json"
+run classify '{"cohort":"told","method":"srnf-gauss","components":2,"refit":"shared","commonPose":true,"covariates":["age","dose"]}'
+is "$STATUS $(warned covariate-is-label | jq -c 'map(.figures.covariate)')" '200 ["dose"]' \
+    'covariates that tell the label by themselves are told of'
+is "$(warned covariate-far | jq -c 'map(.figures | [.covariate, .member])')" '[["age",3]]' 'so is a value far from all others'
+like "$(warned covariate-is-label | jq -r '.[0].detail')" '^dose tells the label of all 14 subjects by itself' 'by name'
 
 done_testing

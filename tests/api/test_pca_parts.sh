@@ -204,6 +204,26 @@ if [ -z "$SRNFD_SANITIZED" ]; then # by the same lines
     compare "$(json '.warnings[] | select(.code == "mean-not-converged") | .figures.change')" '>' 1e-8 'and how far it still moved'
 fi
 
+# The putamen of both subjects in centimetres: their positions are in other units than those of the thalamus.
+UNITS=()
+for side in L R; do
+    for name in thalamus putamen; do
+        run encode "{\"mesh\":\"$(curl -s "$URL/v1/surfaces/${SURFACE[${side}_$name]}" | jq -r .source.mesh)\",\"lmax\":6,\"scale\":\"none\"}"
+        curl -s "$URL/v1/surfaces/$(json .surface.id)/mesh?format=obj" |
+            awk -v by="$([ $name = putamen ] && echo 10 || echo 1)" '/^v / {printf "v %.9g %.9g %.9g\n", $2 / by, $3 / by, $4 / by; next} /^f/' >"$SCRATCH/unit.obj"
+        post '/v1/meshes?format=obj' --data-binary "@$SCRATCH/unit.obj"
+        run encode "{\"mesh\":\"$(json .id)\",\"lmax\":6}"
+        SURFACE[unit_${side}_$name]=$(json .surface.id)
+        UNITS+=("$(member "unit_${side}_$name" "$side" "$name")")
+    done
+done
+cohort units "${UNITS[@]}"
+run pca-parts '{"cohort":"units","register":false,"relativePose":true,"modes":0,"mixedRoutes":true}'
+is "$STATUS $(json '[.warnings[] | select(.code == "mixed-units") | .figures | [.smallest, .largest]] | tojson')" \
+    '200 [["putamen","thalamus"]]' 'a part in another unit is told of, where positions count'
+run pca-parts '{"cohort":"units","register":false,"modes":0,"mixedRoutes":true}'
+is "$STATUS $(json '[.warnings[] | select(.code == "mixed-units")] | length')" '200 0' 'and not where they do not'
+
 # ---- Routes --------------------------------------------------------------------------------------------
 
 for side in L R; do

@@ -1,0 +1,343 @@
+/*
+ * sizes.c - see sizes.h.
+ *
+ * A size is the root of the area that a surface has in the units of its file: what its record calls
+ * area and scale; of a mesh the area that its report has.
+ */
+#include "toolkit/sizes.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/json_memory.h"
+#include "api/warnings.h"
+#include "store/mesh.h"
+#include "store/model.h"
+#include "store/surface.h"
+#include "toolkit/outliers.h"
+#include "toolkit/scales.h"
+
+#define UNITS_FACTOR 10.0 /* of two sizes that count: more than any growth, less than mm and cm */
+#define CLASSES_APART 4.0 /* of the sizes of two classes next to each other */
+#define CLASS_MIN 3       /* members of the larger class */
+#define STRUCTURES_APART 5.0 /* of two structures of a subject: few are so unlike in size */
+#define MODEL_APART 5.0      /* of a surface and the mean of a model */
+
+struct size {
+    double value; /* 0: not known */
+    bool encoded; /* from a file of the user */
+};
+
+static struct size size_of_record(const char *text, bool mesh)
+{
+    json_t *record = json_loads(text ? text : "{}", 0, NULL);
+    const char *process =
+        json_string_value(json_object_get(json_object_get(record, "source"), "process"));
+    double scale = mesh ? 1.0 : json_number_value(json_object_get(record, "scale"));
+    struct size size = {.value = sqrt(json_number_value(json_object_get(record, "area"))) * scale,
+                        .encoded = mesh || (process && strcmp(process, "encode") == 0)};
+
+    json_decref(record);
+    size.value = size.value > 0.0 && isfinite(size.value) ? size.value : 0.0;
+    return size;
+}
+
+static struct size size_of(struct store *store, const char *id)
+{
+    struct store_surface surface = {0};
+    struct store_mesh mesh = {0};
+    struct size size = {0.0, false};
+
+    if (!id || strncmp(id, "model-", 6) == 0) {
+        return size;
+    }
+    if (compute_is_mesh(id)) {
+        if (process_read(store_mesh_get(store, id, &mesh))) {
+            size = size_of_record(mesh.report, true);
+        }
+        store_mesh_clear(&mesh);
+    } else if (process_read(store_surface_get(store, id, false, &surface))) {
+        size = size_of_record(surface.record, false);
+        store_surface_clear(&surface);
+    }
+    return size;
+}
+
+/* ---- Sizes that count ------------------------------------------------------------------------ */
+
+struct size_tally {
+    struct store *store;
+    char id[2][STORE_ID_MAX]; /* of the least and the greatest */
+    double size[2];
+    size_t n;
+};
+
+static void tally_size(void *user, const char *id, const char *label)
+{
+    struct size_tally *tally = user;
+    double size = size_of(tally->store, id).value;
+
+    (void)label;
+    if (!(size > 0.0)) {
+        return;
+    }
+    for (int end = 0; end < 2; end++) {
+        if (tally->n == 0 || (end ? size > tally->size[1] : size < tally->size[0])) {
+            tally->size[end] = size;
+            (void)snprintf(tally->id[end], STORE_ID_MAX, "%s", id);
+        }
+    }
+    tally->n++;
+}
+
+/* Of a transfer the target has its own units, unless sizes are absolute. */
+static void tally_transfer(struct size_tally *tally, const json_t *inputs)
+{
+    const char *size = json_string_value(json_object_get(inputs, "size"));
+
+    tally_size(tally, json_string_value(json_object_get(inputs, "source")), NULL);
+    tally_size(tally, json_string_value(json_object_get(inputs, "deformed")), NULL);
+    if (size && strcmp(size, "absolute") == 0) {
+        tally_size(tally, json_string_value(json_object_get(inputs, "target")), NULL);
+    }
+}
+
+/* Whether sizes count, and then that they are far apart. */
+static bool warn_counted(struct store *store, const json_t *inputs, json_t *document)
+{
+    struct size_tally tally = {.store = store};
+    const char *scale = json_string_value(json_object_get(inputs, "scale"));
+
+    if (json_object_get(inputs, "deformed")) {
+        tally_transfer(&tally, inputs);
+    } else if (scale && strcmp(scale, "shape-and-size") == 0) {
+        inputs_each(inputs, true, tally_size, &tally);
+    } else {
+        return false;
+    }
+    if (tally.n >= 2 && tally.size[1] >= UNITS_FACTOR * tally.size[0]) {
+        warning_add(
+            warnings_of(document), "mixed-units",
+            json_pack("{s:o, s:s, s:o, s:s}", "least", json_finite(tally.size[0]), "smallest",
+                      tally.id[0], "greatest", json_finite(tally.size[1]), "largest", tally.id[1]),
+            "Sizes count here, and %s is %.3g times as large as %s (roots of their areas: %.4g "
+            "and %.4g). Are the files in one unit, and not some in millimetres and others in "
+            "metres?",
+            tally.id[1], tally.size[1] / tally.size[0], tally.id[0], tally.size[1], tally.size[0]);
+    }
+    return true;
+}
+
+/* ---- Sizes that do not ----------------------------------------------------------------------- */
+
+static double middle_of(size_t n, const double *sorted)
+{
+    return 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]);
+}
+
+size_t sizes_split(size_t n, double *sizes, double *ratio)
+{
+    double gap = 1.0;
+    size_t low = 0;
+
+    (void)sorted_median(n, sizes);
+    for (size_t i = 0; i + 1 < n; i++) {
+        if (sizes[i + 1] > gap * sizes[i]) {
+            gap = sizes[i + 1] / sizes[i];
+            low = i + 1;
+        }
+    }
+    if (!(gap >= CLASSES_APART) || (low < CLASS_MIN && n - low < CLASS_MIN) ||
+        !(gap > sizes[low - 1] / sizes[0]) || !(gap > sizes[n - 1] / sizes[low])) {
+        return 0;
+    }
+    *ratio = middle_of(n - low, sizes + low) / middle_of(low, sizes);
+    return low;
+}
+
+struct sizes {
+    struct store *store;
+    size_t n;            /* surfaces */
+    const json_t *ids;   /* [n] */
+    double *values;      /* [n] 0: not known */
+    double *sorted;      /* [n] of scratch */
+    const json_t *parts; /* names of the structures, part after part; NULL: one */
+};
+
+/* "Part amygdala: ", or nothing. */
+static void name_part(const struct sizes *s, size_t part, char text[96])
+{
+    const char *name = json_string_value(json_array_get(s->parts, part));
+
+    text[0] = '\0';
+    if (name) {
+        (void)snprintf(text, 96, "Part %.60s: ", name);
+    }
+}
+
+/* The known sizes of members [from, from + n), sorted. */
+static size_t sort_known(const struct sizes *s, size_t from, size_t n)
+{
+    size_t count = 0;
+
+    for (size_t i = from; i < from + n; i++) {
+        if (s->values[i] > 0.0) {
+            s->sorted[count++] = s->values[i];
+        }
+    }
+    (void)sorted_median(count, s->sorted);
+    return count;
+}
+
+static void warn_classes(const struct sizes *s, size_t part, size_t n, json_t *document)
+{
+    size_t from = part * n, count = sort_known(s, from, n), low, first = from, few;
+    double ratio = 1.0, limit;
+    char name[96];
+    json_t *figures, *members = json_array();
+    bool below;
+
+    low = count > 0 ? sizes_split(count, s->sorted, &ratio) : 0;
+    if (low == 0) {
+        json_decref(members);
+        return;
+    }
+    below = 2 * low <= count;
+    few = below ? low : count - low;
+    limit = s->sorted[low];
+    for (size_t i = from + n; i > from; i--) {
+        if (s->values[i - 1] > 0.0 && (s->values[i - 1] < limit) == below) {
+            first = i - 1;
+            (void)json_array_insert_new(members, 0, json_integer((json_int_t)(first - from)));
+        }
+    }
+    name_part(s, part, name);
+    figures = json_pack("{s:o, s:o, s:f, s:f, s:f}", "members", members, "first",
+                        json_incref(json_array_get(s->ids, first)), "size", s->values[first],
+                        "median", middle_of(count, s->sorted), "ratio", ratio);
+    if (*name) {
+        (void)json_object_set(figures, "part", json_array_get(s->parts, part));
+    }
+    warning_add(
+        warnings_of(document), "mixed-units", figures,
+        "%sSizes fall into two classes: those of %zu of %zu members, member %zu (%s) first, "
+        "are %.3g times %s than those of the others (medians of roots of areas). Are they "
+        "in another unit, as centimetres among millimetres, or of another structure? Where "
+        "sizes do not count a unit changes no distance of shapes, and a structure does.",
+        name, few, count, first - from, json_string_value(json_array_get(s->ids, first)), ratio,
+        below ? "smaller" : "larger");
+}
+
+/* Structures of which one is far larger than another, where their distances from each other count
+   in units of their sizes. */
+static void warn_structures(const struct sizes *s, size_t n_parts, size_t n, json_t *document)
+{
+    size_t end[2] = {0, 0};
+    double size[2] = {INFINITY, 0.0};
+    const char *names[2];
+
+    for (size_t p = 0; p < n_parts; p++) {
+        size_t count = sort_known(s, p * n, n);
+        double middle = count > 0 ? middle_of(count, s->sorted) : 0.0;
+
+        if (middle > 0.0 && middle < size[0]) {
+            size[0] = middle;
+            end[0] = p;
+        }
+        if (middle > size[1]) {
+            size[1] = middle;
+            end[1] = p;
+        }
+    }
+    if (!(size[1] >= STRUCTURES_APART * size[0])) {
+        return;
+    }
+    for (int k = 0; k < 2; k++) {
+        names[k] = json_string_value(json_array_get(s->parts, end[k]));
+    }
+    warning_add(
+        warnings_of(document), "mixed-units",
+        json_pack("{s:f, s:s, s:f, s:s}", "least", size[0], "smallest", names[0], "greatest",
+                  size[1], "largest", names[1]),
+        "Part %.60s is %.3g times as large as part %.60s (medians of the roots of their "
+        "areas: %.4g and %.4g), and where the parts are to each other counts. Are the files "
+        "of both in one unit, and not one in millimetres and the other in centimetres?",
+        names[1], size[1] / size[0], names[0], size[1], size[0]);
+}
+
+/* Surfaces beside a model whose mean has another size by far. A mean of surfaces that were sent in
+   has the scale 1, and no size that is known. */
+static void warn_beside(struct store *store, const json_t *inputs, json_t *document)
+{
+    const char *id = json_string_value(json_object_get(inputs, "model"));
+    const char *surface = json_string_value(json_object_get(inputs, "surface"));
+    struct size own = size_of(store, surface), mean = {0.0, false};
+    struct store_model model = {.record = NULL};
+    struct store_surface stored = {0};
+    bool known = false;
+
+    if (!id || !own.encoded || !process_read(store_model_get(store, id, 0, &model))) {
+        return;
+    }
+    if (process_read(store_surface_get(store, model.mean, false, &stored))) {
+        json_t *record = json_loads(stored.record ? stored.record : "{}", 0, NULL);
+
+        known = json_number_value(json_object_get(record, "scale")) != 1.0;
+        mean = size_of_record(stored.record, false);
+        json_decref(record);
+        store_surface_clear(&stored);
+    }
+    store_model_clear(&model);
+    if (known && own.value > 0.0 && mean.value > 0.0 &&
+        fmax(own.value, mean.value) >= MODEL_APART * fmin(own.value, mean.value)) {
+        warning_add(warnings_of(document), "mixed-units",
+                    json_pack("{s:f, s:f}", "size", own.value, "mean", mean.value),
+                    "The surface has the size %.4g, the mean of the model %.4g (roots of their "
+                    "areas). Is its file in the unit of theirs, and of the same structure? A unit "
+                    "changes nothing of its shape.",
+                    own.value, mean.value);
+    }
+}
+
+static bool read_sizes(struct sizes *s)
+{
+    s->values = srnf_alloc(s->n, 2 * sizeof *s->values);
+    if (!s->values) {
+        json_memory_fail(); /* a warning may be missing */
+        return false;
+    }
+    s->sorted = s->values + s->n;
+    for (size_t i = 0; i < s->n; i++) {
+        struct size size = size_of(s->store, json_string_value(json_array_get(s->ids, i)));
+
+        s->values[i] = size.encoded ? size.value : 0.0;
+    }
+    return true;
+}
+
+void units_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
+{
+    const json_t *cohort = json_object_get(inputs, "cohort");
+    const json_t *surfaces = json_object_get(cohort, "surfaces");
+    struct sizes s = {.store = jobs_run_store(run), .parts = json_object_get(cohort, "parts")};
+    size_t n_parts;
+
+    if (warn_counted(s.store, inputs, document)) {
+        return;
+    }
+    warn_beside(s.store, inputs, document);
+    s.ids = surfaces ? surfaces : json_object_get(inputs, "surfaces");
+    s.n = json_array_size(s.ids);
+    n_parts = json_array_size(s.parts) ? json_array_size(s.parts) : 1;
+    if (s.n > 1 && s.n % n_parts == 0 && read_sizes(&s)) {
+        for (size_t p = 0; p < n_parts; p++) {
+            warn_classes(&s, p, s.n / n_parts, document);
+        }
+        if (json_is_true(json_object_get(inputs, "relativePose"))) {
+            warn_structures(&s, n_parts, s.n / n_parts, document);
+        }
+    }
+    srnf_free(s.values);
+}
