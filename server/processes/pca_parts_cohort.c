@@ -185,6 +185,52 @@ static bool find_parts(struct sorting *s)
     return true;
 }
 
+/* How many subjects have a part; the first of these, and the first who has not, or NONE. */
+static size_t count_part(const struct sorting *s, size_t part, size_t *has, size_t *lacks)
+{
+    size_t have = 0;
+
+    *has = *lacks = NONE;
+    for (size_t i = s->n; i-- > 0;) {
+        bool own = s->place[part * s->n + i] != NONE;
+
+        if (s->of[i] == i) {
+            have += own;
+            *(own ? has : lacks) = i;
+        }
+    }
+    return have;
+}
+
+/* Whether each subject has each part. A part that few have is most likely another one misspelt,
+   and theirs is the mistake, not that of all others. */
+static bool check_whole(struct sorting *s)
+{
+    size_t has, lacks, part = s->n_parts;
+
+    for (size_t p = 0; p < s->n_parts; p++) {
+        size_t have = count_part(s, p, &has, &lacks);
+
+        if (2 * have < s->n_subjects) {
+            problem_add(s->given->list, POINTER,
+                        "%zu of %zu subjects %s a member of part \"%.60s\", subject \"%.60s\" "
+                        "first: is it misspelt? Otherwise complete the others, or leave it out",
+                        have, s->n_subjects, have == 1 ? "has" : "have", s->parts[p],
+                        text_of(s, has, "subject"));
+            return false;
+        }
+        part = have < s->n_subjects && part == s->n_parts ? p : part;
+    }
+    if (part < s->n_parts) {
+        (void)count_part(s, part, &has, &lacks);
+        problem_add(s->given->list, POINTER,
+                    "subject \"%.60s\" has no member of part \"%.60s\": complete it, or take a "
+                    "cohort without it",
+                    text_of(s, lacks, "subject"), s->parts[part]);
+    }
+    return part == s->n_parts;
+}
+
 /* Each subject has each part once; otherwise a problem that names who has not. */
 static bool find_places(struct sorting *s)
 {
@@ -201,16 +247,10 @@ static bool find_places(struct sorting *s)
         *place = i;
     }
     for (size_t i = 0; i < s->n; i++) {
-        for (size_t p = 0; p < s->n_parts && s->of[i] == i; p++) {
-            if (s->place[p * s->n + i] == NONE) {
-                problem_add(s->given->list, POINTER,
-                            "subject \"%.60s\" has no member of part \"%.60s\": complete it, or "
-                            "take a cohort without it",
-                            text_of(s, i, "subject"), s->parts[p]);
-                return false;
-            }
-        }
         s->n_subjects += s->of[i] == i;
+    }
+    if (!check_whole(s)) {
+        return false;
     }
     if (!s->known && s->n_subjects < PROCESS_GROUP_MIN) {
         problem_add(s->given->list, POINTER, "has %zu subject; %d are needed", s->n_subjects,

@@ -250,6 +250,9 @@ refused() { # INPUTS REGEX NAME
 
 cohort lacking "${PAIRS[0]}" "${PAIRS[1]}" "${PAIRS[2]}"
 refused '{"cohort":"lacking"}' 'subject "R" has no member of part "putamen"' 'a subject without a part'
+cohort misspelt "${PAIRS[@]:0:7}" "$(member b_putamen b putmen)"
+refused '{"cohort":"misspelt"}' '1 of 4 subjects has a member of part "putmen", subject "b" first: is it misspelt' \
+    'a part that one subject calls by another name'
 cohort twice "${PAIRS[0]}" "${PAIRS[1]}" "$(member R_thalamus L thalamus)"
 refused '{"cohort":"twice"}' 'subject "L" has two members of part "thalamus"' 'a part twice'
 cohort single "${PAIRS[0]}" "${PAIRS[1]}"
