@@ -21,11 +21,12 @@
 #include "api/warnings.h"
 #include "toolkit/outliers.h"
 
-#define TURNED 0.5 /* of the opposite's distance to the mean of the others */
-#define ODD 5.0    /* of deviation, over the median of the others */
-#define APART 2.0  /* times the median of the distances within subjects: stands out */
-#define USUAL 1.5  /* the same: does not */
-#define SAME 0.02  /* of that median, below which two visits are the same one */
+#define TURNED 0.5  /* of the opposite's distance to the mean of the others */
+#define ODD 5.0     /* of deviation, over the median of the others */
+#define ODD_FEW 0.8 /* of what one subject can reach, which moves the mean of the n - 1 others */
+#define APART 2.0   /* times the median of the distances within subjects: stands out */
+#define USUAL 1.5   /* the same: does not */
+#define SAME 0.02   /* of that median, below which two visits are the same one */
 
 struct visits {
     const struct paired *asked;
@@ -61,6 +62,13 @@ static double turned_of(const struct visits *v, size_t k, double *speed)
                : INFINITY;
 }
 
+static bool is_reversed(const struct visits *v, size_t k)
+{
+    double speed, turned = turned_of(v, k, &speed);
+
+    return speed < 0.0 && turned <= TURNED;
+}
+
 static void warn_reversed(const struct visits *v)
 {
     json_t *subjects = json_array();
@@ -70,7 +78,7 @@ static void warn_reversed(const struct visits *v)
     for (size_t k = 0; k < v->n; k++) {
         double turned = turned_of(v, k, &speed);
 
-        if (speed < 0.0 && turned <= TURNED) {
+        if (is_reversed(v, k)) {
             (void)json_array_append_new(subjects, json_string(subject_of(v, k)));
             at = turned < least ? k : at;
             worst = turned < least ? speed : worst;
@@ -105,7 +113,7 @@ static void warn_odd(const struct visits *v)
     }
     median = sorted_median(count, v->values);
     ratio = median > 0.0 ? v->found->deviation[at] / median : 0.0;
-    if (ratio >= ODD) {
+    if (ratio >= fmin(ODD, ODD_FEW * (double)(v->n - 1)) && !is_reversed(v, at)) {
         (void)turned_of(v, at, &speed);
         warning_add(v->warnings, "slope-odd",
                     json_pack("{s:[s], s:f, s:f}", "subjects", subject_of(v, at), "speed", speed,

@@ -319,6 +319,8 @@ json_t *paired_run(struct jobs_run *run, const struct paired *asked, const char 
         if (strcmp(process, "asymmetry") == 0) {
             (void)json_object_set(document, "replicates", replicates);
             paired_warn_replicates(document, asked, replicates);
+        } else {
+            change_warn(asked, &mean, &found, document);
         }
         mean_set_members(document, &mean);
         permutation_warn(warnings_of(document), &found.test, "pValue cannot be");

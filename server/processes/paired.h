@@ -128,6 +128,9 @@ int paired_replicates(struct jobs_run *run, const struct paired *asked,
                       struct jobs_result *result);
 /* Warns where too few subjects were measured repeatedly. */
 void paired_warn_replicates(json_t *document, const struct paired *asked, const json_t *replicates);
+/* change_doubts.c: warnings of visits that look mistaken. */
+void change_warn(const struct paired *asked, const struct group_mean *mean,
+                 const struct srnf_paired *found, json_t *document);
 double paired_seconds(const struct api_work *work, const json_t *canonical);
 
 #endif

@@ -44,7 +44,7 @@ turned = [{'id': surface(s, t, 1.5 + 0.2 * t, 1.0, t == 1, s), 'subject': f's{s}
 def measured(apart):
     return [{'id': surface(s, t + 2 * k, 1.5 + 0.2 * t, 1.0 + apart * t * math.cos(2.1 * s), t == 1), 'subject': f's{s}',
              'side': ('left', 'right')[t], 'covariates': {'replicate': k + 1}} for s in range(6) for t in range(2) for k in range(2)]
-print(json.dumps({'visits': visits, 'sides': sides, 'turned': turned, 'equal': measured(0.0), 'apart': measured(0.2)}))
+print(json.dumps({'same': surface(5, 0, 1.5, 1.0001), 'other': surface(5, 1, 1.5, 4.0), 'visits': visits, 'sides': sides, 'turned': turned, 'equal': measured(0.0), 'apart': measured(0.2)}))
 PYTHON
 cohort() { # NAME FILTER
     curl -sS -X DELETE "$URL/v1/cohorts/$1" -o "$SCRATCH/ignored"
@@ -84,6 +84,21 @@ compare "$(json '[.perSubject[].along | real] | min')" '>' 0 'all subjects go th
 run change study ',"from":0,"to":1,"scale":"shape"'
 is "$(json '[.perSubject[] | (.sizes[0] / .sizes[1] - 1 | fabs) > 0.01] | all')" true 'sizes are told'
 compare "$(json .change.value)" '<' "$(jq .change.value "$SCRATCH/change.json")" 'shape alone changes less'
+
+# What a table looks like that is mistaken: every one is told by the names of subjects.
+doubts() { # FILTER FROM TO PATTERN WHAT
+    cohort doubtful ".visits | $1"
+    run change doubtful ",\"from\":$2,\"to\":$3"
+    like "$STATUS $(json '[.warnings[] | select(.code | test("^(slope|visits)-")) | "\(.code) \(.figures.subjects // .figures.members | join(","))"] | join(" | ")')" \
+        "$4" "$5"
+}
+doubts . 0 1 '^200 $' 'a sound table has no warnings of its visits'
+doubts . 1 2 '^200 $' 'nor where little happens'
+doubts 'map(if .subject == "s2" then .time = 1 - .time else . end)' 0 1 '^200 slope-reversed s2$' 'visits in reversed order'
+doubts '.[2].id as $a | .[5].id as $b | .[2].id = $b | .[5].id = $a' 1 2 '^200 .*visits-exchanged s0,s1$' \
+    'visits exchanged between subjects'
+doubts ".[16].id = \"$(jq -r .same "$SCRATCH/members.json")\"" 0 1 '^200 .*visits-coincide s5$' 'a surface that was saved twice'
+doubts ".[16].id = \"$(jq -r .other "$SCRATCH/members.json")\"" 0 1 '^200 slope-odd s5$' 'a subject that is unlike all others'
 
 refused() { # PROCESS COHORT-FILTER PATTERN MORE
     cohort wrong "$2"
