@@ -211,7 +211,7 @@ static bool check_whole(struct sorting *s)
     for (size_t p = 0; p < s->n_parts; p++) {
         size_t have = count_part(s, p, &has, &lacks);
 
-        if (2 * have < s->n_subjects) {
+        if (!s->known && 2 * have < s->n_subjects) { /* what a model has is spelt well */
             problem_add(s->given->list, POINTER,
                         "%zu of %zu subjects %s a member of part \"%.60s\", subject \"%.60s\" "
                         "first: is it misspelt? Otherwise complete the others, or leave it out",
