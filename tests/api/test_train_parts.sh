@@ -219,4 +219,23 @@ for FILE in study others; do
 done
 predict "$MODEL" "\"parts\":$S15"
 is "$STATUS $(json '.predictions[0].probabilities | tojson')" "200 $PROBABILITIES" 'where it says the same'
+
+# What somebody made of a record that a file may have, and how it is asked differently each time.
+damaged() { # SQL-OF-RECORD PRIOR WHAT
+    stop_server
+    cp "$SCRATCH/sound.db" "$SCRATCH/second/srnfd.db"
+    sqlite3 "$SCRATCH/second/srnfd.db" "UPDATE model SET record = $1 WHERE id = '$MODEL'"
+    start_server "$SCRATCH/second" || exit 1
+    predict "$MODEL" "\"parts\":$S15,\"priors\":{\"low\":$2,\"high\":$(jq -n "1 - $2")}"
+    is_problem 500 data-damaged "refused: $3"
+}
+post_json /v1/surfaces "$(jq -nc '[range(36) | 0] as $no | {coefficients:{lmax:5,x:($no | .[3] = 1),y:($no | .[1] = 1),z:($no | .[2] = 1)}}')"
+SMALL=$(json .id)
+stop_server
+cp "$SCRATCH/second/srnfd.db" "$SCRATCH/sound.db"
+damaged "json_set(record, '\$.parts[1].weight', -1)" 0.1 'a weight below 0'
+damaged "json_remove(record, '\$.parts[1].template')" 0.2 'a part without a template'
+damaged "json_set(record, '\$.parts[1].template.surface', '$SMALL')" 0.3 'a template of another degree'
+damaged "json_set(record, '\$.classifier.means', json('[[1]]'))" 0.4 'means of another length'
+damaged "json_set(record, '\$.positions', json('{\"weight\": 1}'))" 0.6 'positions, which a classifier has not'
 done_testing
