@@ -63,12 +63,12 @@ EVIDENCE='[.perSubject[] | .predicted, (.logLikelihoods // .nearestDistances)]'
 
 # The members of the second part first, and in another order.
 cohort known '.[:24] | [.[5:][], .[:5][]]'
-train known
+train known '"weights":{"first":2}'
 is "$STATUS $(json .model.kind)" '200 classifier' 'a classifier of two structures'
 MODEL=$(json .model.id)
 cp "$BODY" "$SCRATCH/trained.json"
 is "$(json '[.subjects, .members, (.perSubject | length), .lmax, .features] | tojson')" '[12,null,12,4,[]]' 'of subjects'
-is "$(json '[.parts[] | .name, .weight] | tojson')" '["second",1,"first",1]' 'whose parts are in the order of the cohort'
+is "$(json '[.parts[] | .name, .weight] | tojson')" '["second",1,"first",2]' 'whose parts are in the order of the cohort, with their weights'
 is "$(json '[.model.parts == .parts, .model.positions, .model.classifier.template] | tojson')" '[true,null,null]' 'and in the record'
 is "$(json '[.parts[] | (.template.surface, .mean) | startswith("surf-")] | all')" true 'with a template and a mean of each'
 is "$(json '[.model.subjects, (.model.scores | length), .model.groups[:2]] | tojson')" '[12,12,["low","high"]]' \
@@ -76,15 +76,14 @@ is "$(json '[.model.subjects, (.model.scores | length), .model.groups[:2]] | toj
 is "$(json '.model.mean.id == .model.parts[0].mean')" true 'the mean is that of the first'
 compare "$(json .validation.accuracy.value)" '>=' 0.9 'which tell the label together'
 is "$(json '[.perSubject[] | .probabilities | add | . > 1 - 1e-12 and . < 1 + 1e-12] | all')" true 'probabilities sum to 1'
-for METHOD in srnf-gauss srnf-nn; do
-    train known "\"method\":\"$METHOD\",\"weights\":{\"first\":2}"
-    cp "$BODY" "$SCRATCH/joint.json"
-    compare "$(json '[.parts[] | select(.name == "first") | .weight][0]')" '==' 2 'weights are kept'
-    train known "\"method\":\"$METHOD\",\"weights\":{\"first\":2}" classify-parts
-    is "$(jq -s "(.[0] | $EVIDENCE) == (.[1].methods[\"$METHOD\"] | $EVIDENCE)" "$SCRATCH/joint.json" "$BODY")" true \
-        "$METHOD: the folds say what those of classify-parts say, to the last bit"
+train known '"weights":{"first":2},"method":"srnf-nn"'
+cp "$BODY" "$SCRATCH/neighbours.json"
+NEAREST=$(json .model.id)
+train known '"weights":{"first":2},"method":["srnf-gauss","srnf-nn"]' classify-parts
+for FILE in srnf-gauss:trained srnf-nn:neighbours; do
+    is "$(jq -s "(.[0] | $EVIDENCE) == (.[1].methods[\"${FILE%:*}\"] | $EVIDENCE)" "$SCRATCH/${FILE#*:}.json" "$BODY")" true \
+        "${FILE%:*}: the folds say what those of classify-parts say, to the last bit"
 done
-NEAREST=$(jq -r .model.id "$SCRATCH/joint.json")
 
 cohort one '.[:24] | [.[] | select(.covariates.part == "first")]'
 train one '' train
