@@ -281,7 +281,7 @@ const char *study_table_key(const struct study_table *table, size_t row)
 
 /* ---- Warnings -------------------------------------------------------------------------------- */
 
-/* The first different texts among the numbers of a column, quoted; cells gets all that are shown. */
+/* The first different texts among the numbers of a column, quoted; cells gets all of these. */
 static void quote_strays(const struct study_table *table, size_t column, json_t *cells, char *text,
                          size_t size)
 {

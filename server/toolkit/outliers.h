@@ -15,8 +15,8 @@ void outliers_warn(const json_t *inputs, json_t *document);
 /* The same of the columns of a formula that are neither products nor levels (toolkit/design.h). */
 void outliers_warn_design(const json_t *cohort, json_t *document);
 
-/* Column c of a table of rows, or row c of one of columns, into values [n], truth values as 0 and 1;
-   false where that is not all numbers. */
+/* Column c of a table of rows, or row c of one of columns, into values [n], truth values as 0 and
+   1; false where that is not all numbers. */
 bool outliers_read(const json_t *table, bool rows, size_t c, size_t n, double *values);
 
 /* Sorts n values; their median, 0 of none. */

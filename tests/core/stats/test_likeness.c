@@ -99,6 +99,48 @@ static void the_strange_one_stands_out(void **state)
     assert_int_equal(srnf_members_judge(3, distances, verdicts), SRNF_EINVAL);
 }
 
+/* Distances of fourteen left ventricles from the mean of the others, which vary a lot, and that of
+   a hippocampus among them. */
+static void a_foreign_organ_is_far_from_a_group_that_varies(void **state)
+{
+    const double values[] = {0.1317, 0.0697, 0.0816, 0.0927, 0.0654, 0.1583, 0.1369,
+                             0.0686, 0.0685, 0.1082, 0.0925, 0.1274, 0.1193, 0.0864};
+    struct srnf_typicality t;
+
+    (void)state;
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 14, values, NULL, 0.465,
+                                        SRNF_TYPICAL_ALPHA_GROUP, &t),
+                     SRNF_OK);
+    assert_true(t.far);
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 14, values, NULL, 0.25,
+                                        SRNF_TYPICAL_ALPHA_GROUP, &t),
+                     SRNF_OK);
+    assert_false(t.far);
+}
+
+/* Two strange references of fourteen hide a third one no more than they must. */
+static void strange_references_hide_few(void **state)
+{
+    struct test_random random = test_random_seed(11);
+    size_t found = 0;
+
+    (void)state;
+    for (size_t set = 0; set < 200; set++) {
+        double values[14];
+        struct srnf_typicality t;
+
+        for (size_t i = 0; i < 14; i++) {
+            values[i] = exp(0.3 * test_random_normal(&random) + (i < 2 ? 2.4 : 0.0));
+        }
+        assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 14, values, NULL, exp(2.4),
+                                            SRNF_TYPICAL_ALPHA_GROUP, &t),
+                         SRNF_OK);
+        found += t.far;
+    }
+    printf("# beside two others of their kind %zu of 200 are far\n", found);
+    assert_true(found >= 150);
+}
+
 static void matches_are_judged(void **state)
 {
     const double pi = 3.14159265358979323846;
@@ -127,6 +169,8 @@ int main(void)
         cmocka_unit_test(distances_are_those_from_the_mean),
         cmocka_unit_test(medoids_are_in_the_middle),
         cmocka_unit_test(the_strange_one_stands_out),
+        cmocka_unit_test(a_foreign_organ_is_far_from_a_group_that_varies),
+        cmocka_unit_test(strange_references_hide_few),
         cmocka_unit_test(matches_are_judged),
     };
 
