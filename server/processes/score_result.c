@@ -134,8 +134,9 @@ static bool keep_maps(struct jobs_run *run, const struct compute_model *model,
 
 /* ---- The document ---------------------------------------------------------------------------- */
 
-static void warn(const struct score *asked, const struct compute_projection *projection,
-                 json_t *sides, const struct score_found *all, json_t *document)
+static void warn(const struct score *asked, const struct compute_model *model,
+                 const struct compute_projection *projection, json_t *sides,
+                 const struct score_found *all, json_t *document)
 {
     const struct srnf_score *found = &all->whole;
     const json_t *beyond = json_array_get(json_object_get(asked->expected.told, "beyond"), 0);
@@ -161,6 +162,9 @@ static void warn(const struct score *asked, const struct compute_projection *pro
         warning_add(warnings_of(document), "training-subject", json_object(),
                     "The surface is a member of the model. It is judged as if it were not, but it "
                     "took part in the mean that it is registered to.");
+    } else {
+        typicality_warn_twin(warnings_of(document), model, projection->scores,
+                             projection->residual);
     }
     warnings_put(document, sides);
 }
@@ -217,6 +221,6 @@ json_t *score_document(struct jobs_run *run, const struct score *asked,
                               json_boolean(projection->training_subject));
     (void)json_object_set_new(document, "at", at ? json_incref(at) : json_null());
     (void)json_object_set_new(document, "registration", registration_json(registration));
-    warn(asked, projection, sides, found, document);
+    warn(asked, model, projection, sides, found, document);
     return document;
 }

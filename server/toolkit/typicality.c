@@ -16,11 +16,15 @@
 
 #include "api/json_memory.h"
 #include "api/warnings.h"
+#include "toolkit/outliers.h"
 
 #define DEGREES (180.0 / 3.14159265358979323846)
 /* Limit from which the others do not share a pose: group_doubts.c tells of that. */
 #define POSES_ALIKE (90.0 / DEGREES)
-#define POSED_MIN 4 /* members of which one can be told from the others */
+#define TWIN_MEMBERS_MIN 5
+#define TWIN_PAIRED_MAX ((size_t)500) /* members whose distances from each other are looked at */
+#define TWIN_CHANCE 0.02              /* members that would be as near by chance */
+#define POSED_MIN 4                   /* members of which one can be told from the others */
 
 static const char *const trait_names[] = {
     [SRNF_TRAIT_RESIDUAL] = "residual",       [SRNF_TRAIT_DISTANCE] = "distance",
@@ -152,6 +156,73 @@ void typicality_warn_projection(json_t *document, const struct compute_projectio
                     "within them may be foreign all the same.",
                     projection->subjects);
     }
+}
+
+/* ---- Members ---------------------------------------------------------------------------------- */
+
+static double distance_of(size_t components, const double *a, const double *b, double residual)
+{
+    double sum = residual * residual;
+
+    for (size_t k = 0; k < components; k++) {
+        sum += (a[k] - b[k]) * (a[k] - b[k]);
+    }
+    return sqrt(sum);
+}
+
+/* How many dimensions scores of these variances have, about. */
+static double dimension_of(size_t components, const double *eigenvalues)
+{
+    double sum = 0.0, squares = 0.0;
+
+    for (size_t k = 0; k < components; k++) {
+        sum += eigenvalues[k];
+        squares += eigenvalues[k] * eigenvalues[k];
+    }
+    return squares > 0.0 ? sum * sum / squares : 1.0;
+}
+
+void typicality_warn_twin(json_t *warnings, const struct compute_model *model, const double *scores,
+                          double residual)
+{
+    const struct srnf_pca *pca = &model->pca;
+    size_t n = pca->n, nearest = 0, count = 0;
+    size_t paired = n < TWIN_PAIRED_MAX ? n : TWIN_PAIRED_MAX;
+    double *pairs = n >= TWIN_MEMBERS_MIN ? srnf_alloc(paired, paired * sizeof *pairs) : NULL;
+    double least = INFINITY, quartile;
+
+    if (!pairs) {
+        if (n >= TWIN_MEMBERS_MIN) {
+            json_memory_fail(); /* a warning may be missing */
+        }
+        return;
+    }
+    for (size_t i = 0; i < n; i++) {
+        const double *own = pca->scores + i * pca->components;
+        double d = distance_of(pca->components, scores, own, residual);
+
+        nearest = d < least ? i : nearest;
+        least = fmin(least, d);
+        for (size_t j = 0; j < i && i < paired; j++) {
+            pairs[count++] =
+                distance_of(pca->components, own, pca->scores + j * pca->components, 0.0);
+        }
+    }
+    (void)sorted_median(count, pairs);
+    quartile = pairs[count / 4];
+    if (least < SRNF_TWINS_SHARE * quartile &&
+        0.25 * (double)n * pow(least / quartile, dimension_of(pca->components, pca->eigenvalues)) <
+            TWIN_CHANCE) {
+        warning_add(warnings, "near-duplicates",
+                    json_pack("{s:I, s:f, s:f}", "member", (json_int_t)nearest, "nearest", least,
+                              "quartile", quartile),
+                    "The surface is far nearer to member %zu of the model than members are to each "
+                    "other: %.3g, where three quarters of their pairs are %.3g and more apart. Is "
+                    "it another scan of that subject? What the model says of it is then no more "
+                    "than what it was made from.",
+                    nearest, least, quartile);
+    }
+    srnf_free(pairs);
 }
 
 /* ---- Groups ---------------------------------------------------------------------------------- */

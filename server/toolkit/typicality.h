@@ -9,6 +9,7 @@
 #include "compute/mean.h"
 
 struct compute_projection; /* compute/model.h */
+struct compute_model;
 
 /* Subjects below which a model's limits are wide enough to be told of. */
 #define TYPICALITY_SUBJECTS_FEW 30
@@ -19,6 +20,11 @@ void typicality_set_projection(json_t *document, const struct compute_projection
    expects of it. */
 void typicality_warn_projection(json_t *document, const struct compute_projection *projection,
                                 bool expected);
+
+/* The warning near-duplicates where a surface that is no member of the model is far nearer to one
+   than members are to each other: another scan of that subject, most likely. */
+void typicality_warn_twin(json_t *warnings, const struct compute_model *model, const double *scores,
+                          double residual);
 
 /* Appends a warning for each member that is turned far against those of other subjects. subjects:
    [n] numbers of theirs; labels: their names. */

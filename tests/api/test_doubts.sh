@@ -150,22 +150,33 @@ python3 - "$URL" >"$SCRATCH/told.json" <<'PYTHON'
 import json, math
 from service import send
 
-def surface(k):
+def surface(k, more=0.0):
     rows = {axis: [0.0] * 25 for axis in 'xyz'}
-    rows['x'][3], rows['y'][1], rows['z'][2] = 1.5, 1.2, 1.0 + 0.1 * (k % 2)
+    rows['x'][3], rows['y'][1], rows['z'][2] = 1.5, 1.2, 1.0 + 0.1 * (k % 2) + more
     for axis in 'xyz':
         for i in range(4, 16):
             rows[axis][i] = 0.03 * math.sin(1.7 * k * i + ord(axis) * i * i)
     return send('/v1/surfaces', {'coefficients': {'lmax': 4, **rows}})['id']
 
-print(json.dumps({'name': 'told', 'members': [{'id': surface(k), 'label': ('ctl', 'pat')[k % 2], 'covariates':
+print(json.dumps({'name': 'told', 'again': surface(4, 0.002), 'new': surface(71), 'members': [{'id': surface(k), 'label': ('ctl', 'pat')[k % 2], 'covariates':
     {'group': k % 2, 'age': -999 if k == 3 else 40 + k * k % 11, 'dose': 100 * (k % 2) + k}} for k in range(14)]}))
 PYTHON
-post_json /v1/cohorts "@$SCRATCH/told.json"
+AGAIN=$(jq -r .again "$SCRATCH/told.json") NEW=$(jq -r .new "$SCRATCH/told.json")
+jq -c 'del(.again, .new)' "$SCRATCH/told.json" >"$SCRATCH/cohort.json"
+post_json /v1/cohorts "@$SCRATCH/cohort.json"
 run classify '{"cohort":"told","method":"srnf-gauss","components":2,"refit":"shared","commonPose":true,"covariates":["age","dose"]}'
 is "$STATUS $(warned covariate-is-label | jq -c 'map(.figures.covariate)')" '200 ["dose"]' \
     'covariates that tell the label by themselves are told of'
 is "$(warned covariate-far | jq -c 'map(.figures | [.covariate, .member])')" '[["age",3]]' 'so is a value far from all others'
 like "$(warned covariate-is-label | jq -r '.[0].detail')" '^dose tells the label of all 14 subjects by itself' 'by name'
+
+# ---- Members scanned again -----------------------------------------------------------------------------
+
+run pca '{"cohort":"told","register":false}'
+MODEL=$(json .model.id)
+run score "{\"model\":\"$MODEL\",\"surface\":\"$AGAIN\",\"map\":false,\"calibration\":false}"
+is "$STATUS $(warned near-duplicates | jq -c 'map(.figures.member)')" '200 [4]' 'what is next to a member is told of'
+run score "{\"model\":\"$MODEL\",\"surface\":\"$NEW\",\"map\":false,\"calibration\":false}"
+is "$STATUS $(count near-duplicates)" '200 0' 'and a new one is not'
 
 done_testing
