@@ -158,7 +158,7 @@ void typicality_warn_projection(json_t *document, const struct compute_projectio
     }
 }
 
-/* ---- Members ---------------------------------------------------------------------------------- */
+/* ---- Members --------------------------------------------------------------------------------- */
 
 static double distance_of(size_t components, const double *a, const double *b, double residual)
 {
