@@ -38,6 +38,7 @@ struct srnf_train_options srnf_train_options_defaults(void)
 void srnf_trained_clear(struct srnf_trained *t)
 {
     srnf_free(t->medoids);
+    srnf_free(t->pairs);
     srnf_free(t->target);
     srnf_free(t->mean_q);
     srnf_pca_clear(&t->pca);
@@ -685,6 +686,32 @@ static int take_templates(const struct srnf_sht *sht, const struct training *t,
     return status;
 }
 
+/* The distances between the members of each part, from the products of its comparison. */
+static int take_pairs(const struct training *t)
+{
+    size_t n = t->n;
+
+    t->out->pairs = srnf_alloc(t->options->n_parts * n, n * sizeof(double));
+    for (size_t p = 0; t->out->pairs && p < t->options->n_parts; p++) {
+        double *pairs = t->out->pairs + p * n * n;
+        const double weight = 1.0;
+
+        folds_sum_products(1, t->parts + p, &weight, SIZE_MAX, pairs);
+        /* In place: the squares of the norms stand on the diagonal until all others are done. */
+        for (size_t k = 0; k < n * n; k++) {
+            size_t i = k / n, j = k % n;
+
+            if (i != j) {
+                pairs[k] = sqrt(fmax(0.0, pairs[i * n + i] + pairs[j * n + j] - 2.0 * pairs[k]));
+            }
+        }
+        for (size_t i = 0; i < n; i++) {
+            pairs[i * n + i] = 0.0;
+        }
+    }
+    return t->out->pairs ? SRNF_OK : SRNF_ENOMEM;
+}
+
 static int train(const struct srnf_sht *sht, struct training *t, const double *const *surfaces,
                  const struct srnf_context *context, struct srnf_error *error)
 {
@@ -699,6 +726,7 @@ static int train(const struct srnf_sht *sht, struct training *t, const double *c
         own = stats_part_enter(&progress, 1.0 - COST_COMPARISON);
         status = join_parts(t, &own, &joint, error);
         status = status ? status : take_templates(sht, t, surfaces);
+        status = status ? status : take_pairs(t);
         status = status ? status : validate(t, &own, error);
         own.progress = NULL;
         status = status ? status : fit_components(t, srnf_sht_grid(sht), &own);

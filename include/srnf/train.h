@@ -200,6 +200,7 @@ size_t srnf_train_determined(size_t classes, const size_t *counts, bool pooled, 
 struct srnf_trained {
     size_t n, n_parts;
     size_t *medoids;     /* [n_parts] the member that all are registered to */
+    double *pairs;       /* [n_parts][n][n] distances between members so registered, unweighted */
     double *target;      /* [n_parts][3][(L+1)^2] it, normalized: the template */
     double *mean_q;      /* stacked, [3][n_parts n_theta][n_phi]; of the registered */
     struct srnf_pca pca; /* of them, all components */

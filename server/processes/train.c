@@ -278,10 +278,12 @@ static bool warn(struct jobs_run *run, const struct train *train, const struct t
     const struct group_doubts doubts = {.surfaces = group->surfaces,
                                         .cohort = group->cohort,
                                         .group = &answer->group,
+                                        .pairs = answer->trained.pairs,
                                         .classes = answer->classes.labels,
                                         .n_classes = answer->classes.count,
                                         .names = answer->classes.names,
                                         .rotates = !train->parts.mean.common_pose,
+                                        .members = true,
                                         .mirrors = true};
 
     group_warn_duplicates(run, document, group->surfaces, group->cohort,

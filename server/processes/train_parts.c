@@ -106,10 +106,12 @@ bool train_parts_warn(struct jobs_run *run, const struct train *train,
         const struct group_doubts doubts = {.surfaces = members.surfaces,
                                             .cohort = members.cohort,
                                             .group = &group,
+                                            .pairs = answer->trained.pairs + p * group.n * group.n,
                                             .classes = answer->classes.labels,
                                             .n_classes = answer->classes.count,
                                             .names = answer->classes.names,
                                             .rotates = !train->parts.mean.common_pose,
+                                            .members = true,
                                             .mirrors = true};
         json_t *own = json_object();
 

@@ -53,11 +53,17 @@ post_json /v1/cohorts "$(cohort other 12 24)"
 
 # ---- train ---------------------------------------------------------------------------------------------
 
+post_json /v1/cohorts "$(cohort odd 0 12 | jq -c --arg id "$STRANGE" '.members += [{id: $id, label: "round"}]')"
+execute train '{"cohort":"odd","method":"srnf-nn"}' -H "$WAIT"
+is "$STATUS $(json '[.warnings[]? | select(.code == "far-from-group") | .figures.member] | tojson')" '200 [12]' 'a member that does not is told of'
+request DELETE "/v1/models/$(json .model.id)?cascade=true"
+
 execute train '{"cohort":"half"}' -H "$WAIT"
 is "$STATUS $(json .model.kind)" '200 classifier' 'a classifier is made'
 MODEL=$(json .model.id)
 cp "$BODY" "$SCRATCH/trained.json"
 is "$(json '.validation | [.members, .subjects, .majorityRate, .chance] | tojson')" '[12,12,0.5,0.5]' 'it is validated on all'
+is "$(json '[.warnings[]?.code | select(. == "far-from-group")] | length')" 0 'and all of its members belong together'
 compare "$(json '.validation.accuracy.value | real')" '>=' 0.75 'and tells them apart'
 is "$(json '.validation | [.accuracy, .balancedAccuracy, .auc.round, .auc.flat, .sensitivity.flat][] | .value >= .interval[0] and .value <= .interval[1]' | sort -u)" \
     true 'values lie in their intervals'
@@ -207,4 +213,5 @@ request DELETE "/v1/models/$MODEL?cascade=true"
 like "$STATUS" '^20' 'and is deleted'
 get "/v1/models/$MODEL"
 is_problem 404 no-such-model 'it is gone'
+
 done_testing

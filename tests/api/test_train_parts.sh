@@ -73,6 +73,12 @@ is "$(json '[.model.parts == .parts, .model.positions, .model.classifier.templat
 is "$(json '[.parts[] | (.template.surface, .mean) | startswith("surf-")] | all')" true 'with a template and a mean of each'
 is "$(json '[.model.subjects, (.model.scores | length), .model.groups[:2]] | tojson')" '[12,12,["low","high"]]' \
     'scores are of subjects'
+is "$(json '[.warnings[]?.code | select(. == "far-from-group")] | length')" 0 'and all subjects belong together'
+post_json /v1/surfaces "$(jq -nc '[range(25) | 0] | {coefficients: {lmax: 4, x: (.[3] = 1), y: (.[1] = 1), z: (.[2] = 0.1)}}')"
+cohort odd ".[:24] | .[0].id = \"$(json .id)\""
+train odd '"method":"srnf-nn"'
+is "$(json '[.warnings[]? | select(.code == "far-from-group") | .figures | .part, .member] | tojson')" '["first",0]' \
+    'a structure that is unlike those of all others is told of'
 is "$(json '.model.mean.id == .model.parts[0].mean')" true 'the mean is that of the first'
 compare "$(json .validation.accuracy.value)" '>=' 0.9 'which tell the label together'
 is "$(json '[.perSubject[] | .probabilities | add | . > 1 - 1e-12 and . < 1 + 1e-12] | all')" true 'probabilities sum to 1'
