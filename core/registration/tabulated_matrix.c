@@ -131,12 +131,13 @@ static int fill_q(struct columns *c, const struct tabulated_moving *moving)
 {
     struct cloud cloud;
     double *nodes = srnf_alloc(4 * c->n, sizeof(double));
-    struct target target = {.n = c->n, .points = nodes, .weight = nodes + 3 * c->n, .norm2 = 1.0};
+    struct target target = {.n = c->n, .points = nodes, .norm2 = 1.0};
     struct tabulated_target from = {0};
     const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     int status = nodes ? SRNF_OK : SRNF_ENOMEM;
 
     if (status == SRNF_OK) {
+        target.weight = nodes + 3 * c->n;
         registration_nodes(c->grid, nodes, nodes + 3 * c->n);
         status = tabulated_target_create(&from, &target);
     }

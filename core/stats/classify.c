@@ -219,14 +219,16 @@ static int permute_body(void *argument, size_t index, const struct srnf_context 
     size_t n = p->study->comparison->n;
     size_t *memory = srnf_alloc(3 * n + p->study->n_classes, sizeof *memory);
     size_t *source = memory;
-    size_t *labels = memory + n;
-    struct outcome outcome = {.predicted = memory + 2 * n};
+    size_t *labels;
+    struct outcome outcome = {0};
     int status;
 
     (void)context;
     if (!memory) {
         return SRNF_ENOMEM;
     }
+    labels = memory + n;
+    outcome.predicted = memory + 2 * n;
     if (p->exchange->test.exact) {
         exchange_arrange(p->exchange, index + 1, memory + 3 * n, source);
     } else {

@@ -84,12 +84,13 @@ int compare_average(const struct subjects *s, size_t size, size_t n_covariates,
 
 static bool same_row(const struct compare_averages *a, size_t n_covariates, size_t i, size_t j)
 {
-    const double *x = a->covariates + i * n_covariates;
-    const double *y = a->covariates + j * n_covariates;
     bool same = a->group[i] == a->group[j];
 
     for (size_t c = 0; c < n_covariates && same; c++) {
-        same = !(x[c] < y[c] || x[c] > y[c]);
+        double x = a->covariates[i * n_covariates + c];
+        double y = a->covariates[j * n_covariates + c];
+
+        same = !(x < y || x > y);
     }
     return same;
 }

@@ -198,7 +198,7 @@ static int open_parts(struct asked *a, const struct srnf_context *context, doubl
     int status;
 
     for (size_t p = 0; p < frozen->n_parts; p++) {
-        targets[p] = frozen->target + p * count;
+        targets[p] = frozen->target ? frozen->target + p * count : NULL;
         weights[p] = frozen->weights ? frozen->weights[p] : 1.0;
     }
     status = srnf_stack_open(srnf_sht_grid(a->sht), frozen->n_parts, weights, 0.0, &a->stack);

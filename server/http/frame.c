@@ -68,9 +68,9 @@ static bool keep(struct frame *frame, const char *bytes, size_t size)
    changed. */
 static bool move_blanks(char *bytes, size_t before, const struct head_end *end)
 {
-    char *value = bytes + (end->value - before);
-
     if (end->blanks > 0 && end->value >= before) {
+        char *value = bytes + (end->value - before);
+
         memmove(value + end->blanks, value, end->value_size);
         memset(value, ' ', end->blanks);
     }
