@@ -3,8 +3,7 @@
 #
 #   release build   gcc, warnings are errors
 #   lint            tests/lint/lint.sh, beside the next two
-#   clang build     clang, warnings are errors; without optimization, as nothing of it is run
-#   asan build      gcc with ASan and UBSan
+#   asan build      clang with ASan and UBSan, warnings are errors; benchmarks and fuzzers are only compiled
 #   release tests   every test but those of make nightly and those that one run is enough for, which the next has
 #   asan tests      every test not marked release-only or no-asan, beside the former: they share the processors
 #   alone tests     those that measure time, when nothing else runs
@@ -93,12 +92,15 @@ build() { # CONFIG TARGET..
     make --no-print-directory -s -k -j"$JOBS" CONFIG="$config" "$@"
 }
 
+build_asan() {
+    build asan build-tests && build warnings objects
+}
+
 # The linter wants the core's objects, so the release build is before it. It mostly uses one processor and waits for
-# the registry of its npm packages, so it runs beside the other builds.
+# the registry of its npm packages, so it runs beside the other build.
 stage build 'release build' build release build-tests build-benches
 beside 'lint' tests/lint/lint.sh
-stage build 'clang build' build warnings objects
-stage build 'asan build' build asan build-tests
+stage build 'asan build' build_asan
 joined 'lint'
 
 # Tests of both builds take turns, so that no processor waits for the last of one. As run.sh alone would have them: one
