@@ -248,7 +248,9 @@ clean_up() {
     local status=$? pid
     trap - EXIT
     for pid in ${SERVER_PIDS[@]+"${SERVER_PIDS[@]}"}; do
-        if alive "$pid"; then
+        if [ "$status" -eq 0 ] && [ -n "${SRNFD_SANITIZED-}" ] && alive "$pid"; then
+            stop_server "$pid" || status=1 # or else what leaks would not be told
+        elif alive "$pid"; then
             kill -KILL "$pid" 2>/dev/null
             wait "$pid" 2>/dev/null
         fi
