@@ -2,7 +2,7 @@
 # test_encode_cohort.sh - encode of a cohort: one job, a row for each member with its surface or its problem, as JSON and
 # as CSV; and the job goes on where it was when the daemon died.
 # srnfd-test: slow
-# srnfd-test: once (core/surface has tests of encodings in both builds)
+# srnfd-test: no-asan (api/test_standard.sh and api/test_imports.sh run its code)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

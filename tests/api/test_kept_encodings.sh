@@ -2,6 +2,7 @@
 # test_kept_encodings.sh - the encoding of a mesh is made once: every process that needs it again finds it, also after a
 # restart, with the same numbers and warnings as if it had been made anew. Other options, another owner and a damaged row
 # make it anew.
+# srnfd-test: no-asan (api/test_exports.sh and fuzz/test_api.sh run its code)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

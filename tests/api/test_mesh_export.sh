@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # test_mesh_export.sh - exported meshes: in the units and the place of what they came from or as they are stored, in
 # each format, as Accept says; and uploaded meshes in another format.
+# srnfd-test: no-asan (api/test_standard.sh and fuzz/test_api.sh run its code)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -248,8 +248,8 @@ clean_up() {
     local status=$? pid
     trap - EXIT
     for pid in ${SERVER_PIDS[@]+"${SERVER_PIDS[@]}"}; do
-        if [ "$status" -eq 0 ] && [ -n "${SRNFD_SANITIZED-}" ] && alive "$pid"; then
-            stop_server "$pid" || status=1 # or else what leaks would not be told
+        if [ "$status" -eq 0 ] && [ -n "${SRNFD_SANITIZED-}${GCOV_PREFIX-}" ] && alive "$pid"; then
+            stop_server "$pid" || status=1 # or else what leaks, or was reached, would not be told
         elif alive "$pid"; then
             kill -KILL "$pid" 2>/dev/null
             wait "$pid" 2>/dev/null

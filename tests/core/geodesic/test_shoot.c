@@ -2,6 +2,8 @@
  * test_shoot.c - shooting: it ends where the velocity points, goes back the way it came, does not
  * depend on which other times are asked for, commutes with rotations and scalings, and says how far
  * the line is from any surface.
+ *
+ * srnfd-test: no-asan (api/test_transport.sh and test_transport.c run its code)
  */
 #include "core/registration/pairs.h"
 

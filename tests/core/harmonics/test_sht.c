@@ -6,6 +6,8 @@
  * Tolerances: near the poles the rounding errors of the Legendre recurrence grow with the square of
  * the degree, 2^-53 127^2 / 2 = 9e-13 at most; on the average they are much smaller. Any error of
  * formula is far above.
+ *
+ * srnfd-test: no-asan (api/test_classify.sh runs its code)
  */
 #include "fixture.h"
 #include "harmonics.h"

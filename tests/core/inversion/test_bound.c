@@ -2,6 +2,7 @@
  * test_bound.c - the bound on the surface error beside the true error, with white noise on the grid
  * of relative norm 1e-3 and 1e-2 in q; and no certificate then.
  * srnfd-test: slow
+ * srnfd-test: no-asan (api/test_processes.sh runs its code)
  */
 #include "inversions.h"
 

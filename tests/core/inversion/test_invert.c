@@ -6,6 +6,7 @@
  * A low energy alone proves nothing; what is asserted is the surface error, the L2 norm of the
  * coefficients at unit area without the translation.
  * srnfd-test: slow
+ * srnfd-test: no-asan (api/test_processes.sh and core/srnf/test_shape_memory.c run its code)
  */
 #include "inversions.h"
 

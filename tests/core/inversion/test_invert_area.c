@@ -3,6 +3,7 @@
  * whose SRNFs are inverted from the unit sphere: what the closed form cannot do.
  *
  * srnfd-test: timeout 300
+ * srnfd-test: no-asan (api/test_processes.sh and core/srnf/test_shape_memory.c run its code)
  */
 #include "inversions.h"
 

@@ -1,6 +1,8 @@
 /*
  * test_star.c - the star kernel: the centre satisfies every constraint with the margin, no other
  * centre does better, known kernels come out, and nothing depends on scale, place, pose or threads.
+ *
+ * srnfd-test: no-asan (core/surface/test_encode_adversarial.c runs its code)
  */
 #include <setjmp.h>
 #include <stdarg.h>

@@ -2,6 +2,8 @@
  * test_register_derivatives.c - the pieces of registration against differences and against theory:
  * gradient of each term, Gauss-Newton matrix, its matrix-free twin, the Jacobian of warps, isometry
  * of the action, inverse chains, replay.
+ *
+ * srnfd-test: no-asan (api/test_standard.sh and core/test_every_allocation.c run its code)
  */
 #include "registrations.h"
 #include "registration/exact.h"

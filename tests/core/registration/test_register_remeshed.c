@@ -8,6 +8,7 @@
  * or vertices moved; the map to the sphere is another one, which registration undoes up to its
  * penalty; and the harmonic series of a surface depends on its parameterization where it is cut.
  * srnfd-test: slow
+ * srnfd-test: no-asan (test_register_known.c runs its code)
  */
 #include "registrations.h"
 #include "support/triangulations.h"

@@ -2,6 +2,7 @@
  * test_register_rotations.c - real surfaces in another pose: a rotation of the domain and one of
  * the values, both random, are found again. Common pose, equal surfaces, warm start.
  * srnfd-test: slow
+ * srnfd-test: no-asan (test_register_known.c and api/test_standard.sh run its code)
  */
 #include "registrations.h"
 

@@ -2,6 +2,8 @@
  * test_register_stops.c - why a registration went no further: a case for each reason, what
  * converged makes of it, and the names; that fields stay within the degree asked for; and what is
  * known of ambiguity where rotations were not searched.
+ *
+ * srnfd-test: no-asan (test_register_memory.c and fuzz/test_api.sh run its code)
  */
 #include "registrations.h"
 

@@ -4,6 +4,7 @@
  *
  * srnfd-test: timeout 300
  * srnfd-test: slow
+ * srnfd-test: no-asan (core/registration/test_register_known.c runs its code)
  */
 #include "spherical_checks.h"
 #include "support/bodies.h"

@@ -6,6 +6,7 @@
  * A shape that is symmetric, or so nearly that the relaxation cannot tell, has no axes to go by:
  * its map may come out turned by half a turn. Those used here are not.
  * srnfd-test: slow
+ * srnfd-test: no-asan (core/registration/test_register_known.c runs its code)
  */
 #include "spherical_checks.h"
 

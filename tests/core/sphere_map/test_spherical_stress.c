@@ -5,6 +5,7 @@
  *
  * srnfd-test: timeout 300
  * srnfd-test: slow
+ * srnfd-test: no-asan (test_spherical_allocation.c and core/mesh/test_prepare.c run its code)
  */
 #include "spherical_checks.h"
 

@@ -1,6 +1,8 @@
 /*
  * test_square_root_map.c - square-root maps q = |n|^(1/2) f: on the grid and at points, their
  * derivative, that warps act on them isometrically, and that registration by them undoes a warp.
+ *
+ * srnfd-test: no-asan (api/test_standard.sh and core/registration/test_tabulated.c run its code)
  */
 #include "core/registration/registrations.h"
 

@@ -2,6 +2,8 @@
  * test_mean.c - the group mean: the midpoint of two, plain averages where nothing is registered;
  * with registration a fixed point that is centred, keeps the distances, and does not depend on
  * threads or on the start; cancellation and wrong arguments.
+ *
+ * srnfd-test: no-asan (api/test_landmarks_mean.sh and api/test_standard.sh run its code)
  */
 #include "group.h"
 

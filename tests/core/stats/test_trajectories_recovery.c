@@ -1,6 +1,8 @@
 /*
  * test_trajectories_recovery.c - slopes and differences of slopes that were planted, found with
  * their size; what weights gain; predicted surfaces; a subject that differs.
+ *
+ * srnfd-test: no-asan (test_trajectories.c runs its code)
  */
 #include "lines.h"
 

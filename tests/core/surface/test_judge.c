@@ -1,6 +1,8 @@
 /*
  * test_judge.c - the guard on encodings: sound meshes pass at every degree, what is another shape
  * does not, the figures are those of the shapes, and no NaN passes.
+ *
+ * srnfd-test: no-asan (test_encode_adversarial.c runs its code)
  */
 #include "core/figures.h"
 #include "support/meshes.h"

@@ -2,6 +2,8 @@
  * test_mirror.c - mirror images of surfaces and meshes: what they keep, how their SRNFs are
  * related, that they are those that the mirrored mesh has, and that left and right structures match
  * each other's mirror images.
+ *
+ * srnfd-test: no-asan (core/registration/test_register_known.c runs its code)
  */
 #include "core/figures.h"
 #include "support/compare.h"

@@ -6,6 +6,8 @@
  * owner does not get all of them where there are others; nothing is run twice or left behind where
  * the express worker and the others are after the same jobs; and the accounts of memory are kept
  * apart.
+ *
+ * srnfd-test: no-asan (fuzz/test_api.sh and test_engine.c run its code)
  */
 #include <setjmp.h>
 #include <stdarg.h>
