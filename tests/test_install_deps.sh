@@ -2,6 +2,7 @@
 # deploy/install-deps.sh decides right, tried against a pretended dpkg and apt: nothing is done when all is
 # there; only what is missing is installed; alternatives, root, sudo and foreign systems are handled.
 # srnfd-test: release-only
+# srnfd-test: slow
 . "$(dirname "$0")/support/lib.sh"
 
 # The pretended system: a folder with programs, a file with one installed package a line, one with the

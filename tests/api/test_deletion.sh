@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # srnfd-test: timeout 400
+# srnfd-test: slow
 # test_deletion.sh - meshes, surfaces and models are deleted: not from under what needs them, with that by cascade=true,
 # and so that nothing of them is left in the data directory, also where the daemon dies meanwhile.
 

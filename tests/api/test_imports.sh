@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # srnfd-test: timeout 240
+# srnfd-test: slow
 # test_imports.sh - whole studies in one request: forms and archives, with the table of their members; what is refused,
 # and that nothing of it is kept then.
 

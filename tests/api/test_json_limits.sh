@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # JSON bodies take bounded memory, whatever they hold: a text that is small and a document that would be large is
 # refused while it is read, lists of problems are cut, and what a large request took is given back.
+# srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 
 start_server "$SCRATCH/data" --workers 1 || exit 1

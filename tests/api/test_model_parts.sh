@@ -3,6 +3,7 @@
 # taken by modes, sample, project and score, refused where another kind is needed, exported, imported and deleted; of one
 # part it is the model of pca. What does not fit its parts is told by name.
 # srnfd-test: once (models of the core have tests of their own in both builds)
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -2,6 +2,7 @@
 # test_prepared_meshes.sh - a mesh is prepared at its upload: every job that needs it finds it so, also after a restart,
 # and answers as if it had prepared it. Its mirror image, and the mesh with a sphere, are prepared at first need.
 # srnfd-test: no-asan (fuzz/test_api.sh and api/test_encoding_guard.sh run its code)
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -1,4 +1,5 @@
 /* srnfd-test: timeout 300
+ * srnfd-test: slow
  *
  * Backups of a daemon at work, the drill of restoring one, and what `srnfd check` finds: every
  * backup taken while three clients upload, compute and delete is a data directory without a flaw,

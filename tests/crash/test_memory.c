@@ -1,4 +1,5 @@
 /* srnfd-test: timeout 300
+ * srnfd-test: slow
  *
  * A real daemon in which the n-th allocation fails, for one n after the other, while it answers
  * one request after the other and runs a job (malloc_shim.c). It never ends, every answer is what

@@ -5,6 +5,8 @@
  *
  *   SRNFD_ASKS_FREQUENCY=300   of the geodesic sphere, to see the longest silence at 20 times its
  *                              square of faces
+ *
+ * srnfd-test: slow
  */
 #include <setjmp.h>
 #include <stdarg.h>

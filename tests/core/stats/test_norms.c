@@ -2,6 +2,8 @@
  * test_norms.c - how odd a surface is beside the members of a model: ranks and their uniformity,
  * values by predictions against those fitted anew, percentiles of others of the same kind, planted
  * bumps that are found where they are; and what every long computation promises.
+ *
+ * srnfd-test: slow
  */
 #include "normals.h"
 

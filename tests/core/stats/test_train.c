@@ -1,6 +1,8 @@
 /*
  * test_train.c - classifiers that are kept: that nested validation sees nothing of whom it leaves
  * out, that what is kept says of its own members what it was made of, and what is refused.
+ *
+ * srnfd-test: slow
  */
 #include "group.h"
 
