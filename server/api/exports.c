@@ -266,7 +266,7 @@ void models_export(struct api_call *call)
     } else if (study_begin(&export.study, call, call->request->caller.name)) {
         store_model_clear(&model);
         study_add(&export.study, call->parameters[0]);
-        study_add_jobs(&export.study);
+        study_add_makers(&export.study);
         respond_export(&export, call->parameters[0]);
     }
     clear(&export);

@@ -1,11 +1,16 @@
 /*
- * study.c - gathering a study: the members of a cohort, or a model, and all the work that rests on
- * nothing else. A mesh takes along the volume that it was extracted from.
+ * study.c - gathering a study: the members of a cohort and all the work that rests on nothing else,
+ * or a model and the jobs that made it. A mesh takes along the volume that it was extracted from.
  *
  * A job belongs to a study if all meshes, surfaces and models that its inputs name do, and then
  * what its results name does as well. Rounds over the owner's jobs go on until one adds nothing: as
  * many as the longest chain of jobs, and one. So a study is complete: elsewhere every job's inputs
  * are there, and the same request finds the same answer.
+ *
+ * Who hands on a model hands on neither other models of its members nor their labels. So of these
+ * jobs it takes along the makers alone: the one that made the model, and those of its members, as
+ * their records tell. Its mean may be that of another analysis too, which made it first: the job
+ * of the model stands for it.
  */
 #include "api/study.h"
 
@@ -37,15 +42,19 @@ void study_job_digest(char digest[65], const char *process, const char *build, c
 
 bool study_begin(struct study *study, struct api_call *call, const char *owner)
 {
-    *study =
-        (struct study){.call = call, .owner = owner, .ids = json_object(), .jobs = json_object()};
-    return study->ids && study->jobs;
+    *study = (struct study){.call = call,
+                            .owner = owner,
+                            .ids = json_object(),
+                            .jobs = json_object(),
+                            .makers = json_object()};
+    return study->ids && study->jobs && study->makers;
 }
 
 void study_end(struct study *study)
 {
     json_decref(study->ids);
     json_decref(study->jobs);
+    json_decref(study->makers);
 }
 
 /* The next id in the text, and *at behind it; false at its end. */
@@ -87,6 +96,14 @@ static void note(struct study *study, int status)
     }
 }
 
+/* Notes the job that made the thing; job may be NULL. */
+static void add_maker(struct study *study, const char *id, const json_t *job)
+{
+    if (json_is_string(job)) {
+        (void)json_object_set_new(study->makers, id, json_string(json_string_value(job)));
+    }
+}
+
 static void add_of_surface(struct study *study, const char *id)
 {
     struct store_surface surface;
@@ -102,6 +119,7 @@ static void add_of_surface(struct study *study, const char *id)
         if (mesh) {
             study_add(study, mesh);
         }
+        add_maker(study, id, json_object_get(source, "job"));
         json_decref(record);
         store_surface_clear(&surface);
     }
@@ -114,8 +132,13 @@ static void add_of_model(struct study *study, const char *id)
 
     note(study, status);
     if (status == STORE_OK) {
-        study_add(study, model.mean);
+        json_t *record = json_loads(model.record ? model.record : "{}", 0, NULL);
+
         add_text(study, model.record ? model.record : "");
+        study_add(study, model.mean);
+        (void)json_object_del(study->makers, model.mean);
+        add_maker(study, id, json_object_get(json_object_get(record, "madeFrom"), "job"));
+        json_decref(record);
         store_model_clear(&model);
     }
 }
@@ -258,4 +281,44 @@ void study_add_jobs(struct study *study)
            !jobs_memory_told(jobs_memory_current())) {
     }
     free(round);
+}
+
+/* Whether the job has succeeded, and its inputs are in the study. */
+static bool is_of_study(struct study *study, const char *id)
+{
+    struct store_job job;
+    bool good = false;
+    int status = store_owner_has(study->call->api->config.store, study->owner, id);
+
+    status = status ? status : store_job_get(study->call->api->config.store, id, &job);
+    note(study, status);
+    if (status == STORE_OK) {
+        good = job.status == STORE_JOB_SUCCESSFUL && rests_on(study, job.inputs ? job.inputs : "");
+        store_job_clear(&job);
+    }
+    return good;
+}
+
+void study_add_makers(struct study *study)
+{
+    size_t before;
+
+    do { /* what a job made may have makers of its own */
+        json_t *makers = json_copy(study->makers);
+        const char *id;
+        json_t *job;
+
+        before = json_object_size(study->jobs);
+        json_object_foreach(makers, id, job)
+        {
+            const char *maker = json_string_value(job);
+
+            if (!json_object_get(study->jobs, maker) && is_of_study(study, maker) &&
+                study->status == STORE_OK) {
+                add_results(study, maker);
+            }
+        }
+        json_decref(makers);
+    } while (study->status == STORE_OK && json_object_size(study->jobs) > before &&
+             !jobs_memory_told(jobs_memory_current()));
 }

@@ -17,6 +17,7 @@ struct study {
     const char *owner; /* whose it is */
     json_t *ids;       /* of volumes, meshes, surfaces and models, as keys */
     json_t *jobs;      /* ids as keys */
+    json_t *makers;    /* of surfaces and models: the jobs that made them, if records tell */
     int status;        /* of the store */
 };
 
@@ -35,5 +36,8 @@ void study_add(struct study *study, const char *id);
 /* Adds the successful jobs whose inputs name nothing but what is in the study, and what they made,
    until there are no more of them. */
 void study_add_jobs(struct study *study);
+/* Adds only those of them that made what is in the study: what else was asked about the same
+   members stays where it is. */
+void study_add_makers(struct study *study);
 
 #endif

@@ -89,6 +89,22 @@ is "$(find "$SCRATCH/open/models" -name '*-scores.csv' | wc -l)" 1 'and so are t
 get "/v1/models/$MODEL/export"
 is "$STATUS" 200 'a model is exported as well'
 cp "$BODY" "$SCRATCH/model.zip"
+listed() { # FILE JQ
+    unzip -p "$1" srnfd-study.json | jq -r "$2"
+}
+is "$(listed "$SCRATCH/model.zip" '[[.jobs[].process], (.meshes | length), [.models[].id]] | tojson')" \
+    "[[\"pca\"],4,[\"$MODEL\"]]" 'with its members and the job that made it, and nothing else that was made of them'
+execute encode '{"cohort":"study","lmax":4}' --header 'Prefer: wait=100'
+post_json /v1/cohorts "$(json '{name: "encoded", members: [.rows[] | {id: .surface, label: "secret"}]} | tojson')"
+execute distances '{"cohort":"encoded","register":false}' --header 'Prefer: wait=100'
+execute mean '{"cohort":"encoded","register":false}' --header 'Prefer: wait=100'
+execute pca '{"cohort":"encoded","register":false,"components":1}' --header 'Prefer: wait=100'
+execute pca '{"cohort":"encoded","register":false}' --header 'Prefer: wait=100'
+ENCODED=$(json .model.id)
+get "/v1/models/$ENCODED/export"
+cp "$BODY" "$SCRATCH/encoded.zip"
+is "$(listed "$SCRATCH/encoded.zip" '[([.jobs[].process] | sort), (.meshes | length), [.models[].id]] | tojson')" \
+    "[[\"encode\",\"pca\"],4,[\"$ENCODED\"]]" 'what encoded its members is there, and no other model of them'
 get /v1/cohorts/none/export
 is_problem 404 no-such-cohort 'what is not there is not'
 
@@ -183,6 +199,13 @@ get "/v1/models/$MODEL/scores?format=csv"
 is "$STATUS" 200 'with its scores'
 
 # Results have a digest that anybody can write anew: what they hold proves nothing, and may not be what the service makes.
+post /v1/imports --data-binary "@$SCRATCH/encoded.zip" --header 'Content-Type: application/zip'
+is "$STATUS $(json '"\(.restored.models) \(.restored.jobs)"')" '200 1 2' 'so is one of encoded members, with both jobs'
+post '/v1/meshes?name=apart' --data-binary "@$AAL/L_thalamus.ply"
+for process in project score; do
+    execute "$process" "{\"model\":\"$ENCODED\",\"surface\":\"$(json '.id // .inputs.surface')\"}" --header 'Prefer: wait=100'
+    is "$STATUS" 200 "and $process takes it"
+done
 file=$(jq -r '.jobs[] | select(.process == "distances").file' "$SCRATCH/open/srnfd-study.json")
 rm -rf "$SCRATCH/edit" "$SCRATCH/edit.zip"
 cp -r "$SCRATCH/open" "$SCRATCH/edit"

@@ -202,6 +202,8 @@ is_problem 404 no-such-model 'refused: a model that is not there'
 request DELETE "/v1/surfaces/$TEMPLATE"
 is "$STATUS" 409 'the template stays as long as its model'
 curl -sf "$URL/v1/models/$MODEL/export" >"$SCRATCH/study.zip"
+is "$(unzip -p "$SCRATCH/study.zip" srnfd-study.json | jq -c '[[.models[].id], [.jobs[].process], (.surfaces | length)]')" \
+    "[[\"$MODEL\"],[\"train\"],14]" 'an export has the model, its members, mean, template and the job that made it, and no other model'
 start_server "$SCRATCH/second" || exit 1
 post '/v1/imports' --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip'
 like "$STATUS" '^20' 'an export of the model is imported elsewhere'

@@ -244,7 +244,7 @@ class Model(Record):
         return self._save(to, f"{self.path}/shape", **query)
 
     def export(self, to: PathLike) -> Path:
-        """Writes the model and all that it stands on into one zip, which another server restores."""
+        """Writes the model, its members and the jobs that made them into one zip, which another server restores."""
         return self._save(to, f"{self.path}/export")
 
 
