@@ -48,7 +48,7 @@ bool jobs_task_suits(const struct tasks_kind *kind, const struct jobs_task *task
 {
     return kind->check(task->inputs.bytes, task->inputs.size, result, size) &&
            (!kind->possible || kind->possible(task->inputs.bytes, task->inputs.size, task->contents,
-                                              task->n_contents, result));
+                                              task->n_contents, result, size));
 }
 
 /* ---- Waiting --------------------------------------------------------------------------------- */

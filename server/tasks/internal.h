@@ -7,6 +7,7 @@
 #include "tasks/tasks.h"
 
 #define TASKS_DEGREE_MAX 1000
+#define PI 3.14159265358979323846
 
 void tasks_put(unsigned char bytes[8], uint64_t value);
 uint64_t tasks_get(const unsigned char bytes[8]);

@@ -18,7 +18,6 @@
 #define MAGIC "srnfpair"
 #define MAGIC_SIZE 8
 #define VERSION 2
-#define PI 3.14159265358979323846
 #define SLACK 1.05 /* of bounds of distances: these are integrals by quadrature */
 
 enum field { FIELD_VERSION, FIELD_DEGREE, FIELD_METRIC, FIELD_SURFACES, FIELD_PAIRS, FIELDS };
@@ -218,7 +217,7 @@ static double norm_at_most(const struct tasks_pairs *pairs, const double *surfac
 /* A distance by srnf or srm is at most the sum of both norms; those of other metrics are left
    alone. */
 static bool possible_pairs(const void *inputs, size_t size, const struct tasks_content *contents,
-                           size_t n_contents, const void *result)
+                           size_t n_contents, const void *result, size_t result_size)
 {
     const unsigned char *pair = (const unsigned char *)inputs + HEAD, *bytes = result;
     struct tasks_pairs pairs;
@@ -226,6 +225,7 @@ static bool possible_pairs(const void *inputs, size_t size, const struct tasks_c
     size_t count;
     bool good = true;
 
+    (void)result_size;
     if (!read_head(inputs, size, &pairs) || !contents_fit(&pairs, contents, n_contents)) {
         return false;
     }

@@ -25,7 +25,9 @@
 #define FAILED UINT64_MAX /* in the place of the number of links */
 #define SENTENCE sizeof(((struct srnf_error *)0)->message)
 #define LINK_DEGREE_MAX 64
-#define ROUNDING 1e-6 /* of rotations that are found: theirs is some 1e-15 */
+#define ROUNDING 1e-6             /* of rotations that are found: theirs is some 1e-15 */
+#define LOOKS ((size_t)64)        /* nodes at which a warp is looked at */
+#define GOLDEN 0.6180339887498949 /* spreads them over the grid */
 
 enum field {
     FIELD_VERSION,
@@ -307,6 +309,72 @@ static bool check_searches(const void *inputs, size_t size, const void *result, 
                                searches.n_landmarks ? pass_over : NULL, NULL) == SRNF_OK;
 }
 
+/* ---- What can be found ----------------------------------------------------------------------- */
+
+struct looking {
+    double points[LOOKS][3], warped[LOOKS][3], jacobian[LOOKS];
+};
+
+/* Some nodes of the grid. */
+static int choose_nodes(const struct tasks_searches *searches, struct looking *looking)
+{
+    size_t n = searches->n_theta * searches->n_phi;
+    const struct srnf_grid *grid;
+    struct srnf_sht *sht;
+    int status =
+        srnf_sht_create(&sht, 0, SRNF_GRID_GAUSS_LEGENDRE, searches->n_theta, searches->n_phi);
+
+    if (status) {
+        return status;
+    }
+    grid = srnf_sht_grid(sht);
+    for (size_t k = 0; k < LOOKS; k++) {
+        size_t i = (size_t)(fmod((double)k * GOLDEN, 1.0) * (double)n), row = i / grid->n_phi;
+        double phi = 2.0 * PI * (double)(i % grid->n_phi) / (double)grid->n_phi;
+
+        looking->points[k][0] = grid->sin_theta[row] * cos(phi);
+        looking->points[k][1] = grid->sin_theta[row] * sin(phi);
+        looking->points[k][2] = grid->cos_theta[row];
+    }
+    srnf_sht_destroy(sht);
+    return SRNF_OK;
+}
+
+/* A search takes no step that folds the sphere at a node, where the computation goes on with the
+   root of the Jacobian. */
+static int look_at(void *argument, size_t i, const double rotation[9], struct srnf_warp *warp)
+{
+    struct looking *looking = argument;
+    int status =
+        srnf_warp_apply(warp, LOOKS, looking->points[0], looking->warped[0], looking->jacobian);
+
+    (void)i;
+    (void)rotation;
+    for (size_t k = 0; k < LOOKS && status == SRNF_OK; k++) {
+        status = looking->jacobian[k] >= 0.0 ? SRNF_OK : SRNF_ENUMERIC;
+    }
+    return status;
+}
+
+static bool possible_searches(const void *inputs, size_t size, const struct tasks_content *contents,
+                              size_t n_contents, const void *result, size_t result_size)
+{
+    struct tasks_searches searches;
+    struct looking looking;
+    int status;
+
+    (void)contents;
+    if (!read_inputs(inputs, size, &searches) || n_contents != searches.n + 1) {
+        return false;
+    }
+    status = choose_nodes(&searches, &looking);
+    if (status == SRNF_OK) {
+        status = tasks_searches_read(result, result_size, searches.n, look_at,
+                                     searches.n_landmarks ? pass_over : NULL, &looking);
+    }
+    return status == SRNF_OK || status == SRNF_ENOMEM; /* without memory the job will tell */
+}
+
 /* ---- Computing ------------------------------------------------------------------------------- */
 
 /* The numbers of a content (srnf_free), or NULL with the reason. */
@@ -398,5 +466,7 @@ static int run_searches(const void *inputs, size_t size, const struct tasks_cont
     return status;
 }
 
-const struct tasks_kind tasks_searches_kind = {
-    .name = TASKS_SEARCHES, .run = run_searches, .check = check_searches};
+const struct tasks_kind tasks_searches_kind = {.name = TASKS_SEARCHES,
+                                               .run = run_searches,
+                                               .check = check_searches,
+                                               .possible = possible_searches};

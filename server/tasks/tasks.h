@@ -47,7 +47,7 @@ struct tasks_kind {
     bool (*check)(const void *inputs, size_t size, const void *result, size_t result_size);
     /* Whether a result that was checked can be that of these contents too; NULL: any can. */
     bool (*possible)(const void *inputs, size_t size, const struct tasks_content *contents,
-                     size_t n_contents, const void *result);
+                     size_t n_contents, const void *result, size_t result_size);
 };
 
 /* Doubles as bytes [8 * count], with all their bits. */

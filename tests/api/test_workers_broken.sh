@@ -200,6 +200,26 @@ like "$(cat "$BODY")" 'srnfd_tasks_total\{kind="pairs",event="uncompared"\} 3' '
 wait_server "$WORKER_PID" 20
 stop_server || not_ok 'it drains'
 
+# ---- Numbers that no search finds, where nothing is compared ------------------------------------------------
+
+start_server "$SCRATCH/data" --workers 2 --executor workers --lease-seconds 5 --verify-tasks 0 || exit 1
+execute mean "$(jq -c '{surfaces: [.[0], .[2], .[3]], maxIterations: 1}' <<<"$SURFACES")" --header 'Prefer: respond-async'
+JOB=$(json .jobID)
+lease_as dreamer
+# For each surface one link, exp of a field of degree 1 with numbers that are finite.
+/usr/bin/python3 - "$(json '.contents | length')" "$SCRATCH/folded" <<'PYTHON'
+import struct, sys
+one = struct.pack("<Q9d", 1, 1, 0, 0, 0, 1, 0, 0, 0, 1) + struct.pack("<2Q8d", 1, 1, 0, 9e3, 7e3, 5e3, 0, 3e3, 2e3, 1e3)
+open(sys.argv[2], "wb").write(one * (int(sys.argv[1]) - 1))
+PYTHON
+result "$SCRATCH/folded" "$SECRET"
+is_problem 422 invalid-result 'a warp that folds the sphere is none'
+start_worker --idle-seconds 3
+poll_job "$JOB" 60
+is "$JOB_STATUS" successful 'and another computes what was asked'
+wait_server "$WORKER_PID" 20
+stop_server || not_ok 'it drains'
+
 # ---- Tokens ----------------------------------------------------------------------------------------------
 
 start_server "$SCRATCH/data" --workers 2 --executor workers --lease-seconds 20 --verify-tasks 0 || exit 1

@@ -91,8 +91,8 @@ static void bits_are_those_of_the_matrix(void **state)
         assert_true(world->kind->run(inputs.bytes, inputs.size, world->contents, N, NULL, &result,
                                      NULL) >= 0);
         assert_true(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
-        assert_true(
-            world->kind->possible(inputs.bytes, inputs.size, world->contents, N, result.bytes));
+        assert_true(world->kind->possible(inputs.bytes, inputs.size, world->contents, N,
+                                          result.bytes, result.size));
         tasks_pairs_distances(result.bytes, 3, distances);
         for (size_t p = 0; p < 3; p++) {
             double expected = matrix[list[p][0] * N + list[p][1]];
@@ -103,8 +103,8 @@ static void bits_are_those_of_the_matrix(void **state)
         distances[1] *= 1000.0;
         tasks_put_doubles(result.bytes, distances, 3);
         assert_true(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
-        assert_false(
-            world->kind->possible(inputs.bytes, inputs.size, world->contents, N, result.bytes));
+        assert_false(world->kind->possible(inputs.bytes, inputs.size, world->contents, N,
+                                           result.bytes, result.size));
         free(inputs.bytes);
         free(result.bytes);
     }

@@ -414,6 +414,38 @@ static void what_is_no_rotation_is_told(void **state)
     free(result.bytes);
 }
 
+/* Numbers that are finite, and of which no computation could go on. */
+static void what_no_search_finds_is_told(void **state)
+{
+    struct world *world = *state;
+    struct tasks_bytes inputs, result = run(world, &world->asked, world->contents);
+    size_t links = (size_t)tasks_get(result.bytes), at = 80;
+    double value;
+
+    assert_int_equal(tasks_searches_write(&world->asked, &inputs), SRNF_OK);
+    assert_true(world->kind->possible(inputs.bytes, inputs.size, world->contents, 1 + N,
+                                      result.bytes, result.size));
+    assert_true(links > 1);
+    while (tasks_get(result.bytes + at) != SRNF_WARP_EXP) {
+        at += 16 + 8 * 9;
+    }
+    for (size_t k = 1; k < 5; k++) {
+        value = 1000.0 * tasks_get_double(result.bytes + at + 16 + 8 * k);
+        tasks_put_doubles(result.bytes + at + 16 + 8 * k, &value, 1);
+    }
+    assert_true(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+    assert_false(world->kind->possible(inputs.bytes, inputs.size, world->contents, 1 + N,
+                                       result.bytes, result.size));
+    value = 1e300;
+    tasks_put_doubles(result.bytes + at + 24, &value, 1);
+    assert_false(world->kind->possible(inputs.bytes, inputs.size, world->contents, 1 + N,
+                                       result.bytes, result.size));
+    assert_false(world->kind->possible(inputs.bytes, inputs.size, world->contents, N, result.bytes,
+                                       result.size));
+    free(inputs.bytes);
+    free(result.bytes);
+}
+
 static void a_task_that_is_stopped_yields_nothing(void **state)
 {
     const struct world *world = *state;
@@ -488,6 +520,7 @@ int main(void)
         TEST(what_is_no_task_is_refused),
         TEST(what_is_no_result_is_told),
         TEST(what_is_no_rotation_is_told),
+        TEST(what_no_search_finds_is_told),
         TEST(options_come_back),
         TEST(a_task_that_is_stopped_yields_nothing),
     };
