@@ -22,6 +22,7 @@ struct store_batch; /* store/batch.h */
 #define IMPORT_PREPARED_MAX ((size_t)16 << 20) /* 100 meshes of 6,000 faces; others at first need */
 
 #define IMPORT_CHANGED "it is not what " STUDY_MANIFEST " says of it: its content was changed"
+#define IMPORT_EDITED "what it says of %.60s (%.200s) is not what the export wrote: it was changed"
 
 /* A mesh of the import, or a file that was refused when it was read, which has a path alone. */
 struct import_file {
@@ -55,6 +56,7 @@ struct import {
     json_t *manifest, *by_path, *seen;
     const char *id, *format, *name, *source;
     bool volume; /* the next one is a volume */
+    bool edited; /* what is refused is what the manifest says, and not a file */
     size_t n_restored[3];
     size_t unpack_left; /* bytes that may still be unpacked */
     int64_t room;       /* bytes that the owner may still take; below 0: any number */

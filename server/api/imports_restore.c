@@ -161,6 +161,7 @@ bool import_restore_surface(struct import *import, const json_t *record, const c
                 read_maps(record, &surface) && surface.record &&
                 is_unchanged(record, surface.record, strlen(surface.record));
 
+    import->edited = !good;
     if (good) {
         surface.coefficient_count = 3 * (size_t)(surface.lmax + 1) * (size_t)(surface.lmax + 1);
         const struct wanted wanted[2] = {
@@ -209,6 +210,7 @@ bool import_restore_model(struct import *import, const json_t *record, const cha
     struct wanted wanted[STORE_MODEL_ARRAYS];
     char *identity = NULL;
 
+    import->edited = !good;
     if (good) {
         (void)snprintf(model.mean, sizeof model.mean, "%s", mean);
         for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
@@ -268,12 +270,13 @@ bool import_restore_job(struct import *import, const json_t *record, const char 
     job.tags = labels.change.tags ? strdup(labels.change.tags) : NULL;
     lacking = (labels.change.name && !job.name) || (labels.change.tags && !job.tags);
     good = !list.errors && is_job_id(id) && job.process && job.inputs && job.numeric_build &&
-           json_is_object(results) && is_unchanged(record, given->bytes, given->size) &&
            is_asked_unchanged(record, &job) &&
            api_process_find(import->call->api, job.process) != NULL &&
            whole(record, "createdMs", 1, INT64_MAX / 2, &job.created_ms) &&
            whole(record, "startedMs", 0, INT64_MAX / 2, &job.started_ms) &&
            whole(record, "finishedMs", 1, INT64_MAX / 2, &job.finished_ms);
+    import->edited = !good;
+    good = good && json_is_object(results) && is_unchanged(record, given->bytes, given->size);
 
     json_decref(results);
     json_decref(list.errors);

@@ -84,6 +84,15 @@ static bool is_source(const struct import *import, const char *text)
     return good;
 }
 
+static void refuse_changed(struct import *import, const char *path, const char *id)
+{
+    if (import->edited) {
+        import_refuse(import, STUDY_MANIFEST, "not-as-described", IMPORT_EDITED, id, path);
+    } else {
+        import_refuse(import, path, "not-as-described", IMPORT_CHANGED);
+    }
+}
+
 bool import_take_study(struct import *import, struct import_given *given)
 {
     const json_t *record = json_object_get(import->by_path, given->path);
@@ -100,6 +109,7 @@ bool import_take_study(struct import *import, struct import_given *given)
         return true; /* listed twice */
     }
     (void)json_object_set_new(import->seen, id, json_true());
+    import->edited = false;
     import->volume = strcmp(kind, "volumes") == 0;
     if (strcmp(kind, "meshes") == 0 || import->volume) {
         import->id = id;
@@ -107,7 +117,8 @@ bool import_take_study(struct import *import, struct import_given *given)
         import->name = json_string_value(json_object_get(record, "name"));
         import->source = json_string_value(json_object_get(record, "source"));
         if (import->source && !is_source(import, import->source)) {
-            import_refuse(import, given->path, "not-as-described", IMPORT_CHANGED);
+            import->edited = true;
+            refuse_changed(import, given->path, id);
             return true;
         }
         return false;
@@ -123,7 +134,7 @@ bool import_take_study(struct import *import, struct import_given *given)
            : strcmp(kind, "models") == 0 ? import_restore_model(import, record, id, given, &status)
                                          : import_restore_job(import, record, id, given, &status);
     if (!good) {
-        import_refuse(import, given->path, "not-as-described", IMPORT_CHANGED);
+        refuse_changed(import, given->path, id);
     } else if (status != STORE_OK) {
         (void)problem_respond_store(import->call, status, NULL, "keeping the study");
         import->answered = true;

@@ -170,11 +170,13 @@ is "$STATUS $(json '.errors[0].pointer')" '422 /cohort/members' 'that is not emp
 edited '.cohort.name = "../x"'
 is "$STATUS $(json '.errors[0].pointer')" '422 /cohort/name' 'and a cohort has a name'
 edited '.surfaces[0].record |= sub("\"mirrored\":false"; "\"mirrored\":true") | .surfaces[0].record |= . + " "'
-is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor is a record that was edited'
+is "$STATUS $(json '.refused[0] | "\(.code) \(.file)"')" '422 not-as-described srnfd-study.json' 'nor is a record that was edited'
+like "$(json '.refused[0].detail')" "^what it says of $(jq -r '.surfaces[0].id' "$SCRATCH/open/srnfd-study.json") .*was changed" \
+    'which is what the refusal names, and not the numbers'
 edited '.jobs[0].sha256 |= ascii_upcase'
 is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor are results of another digest'
 edited '.jobs[0].inputs |= sub("{"; "{ ")'
-is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor are inputs of a job that were edited'
+is "$STATUS $(json '.refused[0] | "\(.code) \(.file)"')" '422 not-as-described srnfd-study.json' 'nor are inputs of a job that were edited'
 edited '.jobs[0].process = "encode"'
 is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor is another process'
 edited '.jobs[0].numericBuild += "0"'
@@ -197,8 +199,6 @@ post /v1/imports --data-binary "@$SCRATCH/model.zip" --header 'Content-Type: app
 is "$STATUS $(json '"\(.cohort) \(.restored.models)"')" '201 null 1' 'a model is restored by itself'
 get "/v1/models/$MODEL/scores?format=csv"
 is "$STATUS" 200 'with its scores'
-
-# Results have a digest that anybody can write anew: what they hold proves nothing, and may not be what the service makes.
 post /v1/imports --data-binary "@$SCRATCH/encoded.zip" --header 'Content-Type: application/zip'
 is "$STATUS $(json '"\(.restored.models) \(.restored.jobs)"')" '200 1 2' 'so is one of encoded members, with both jobs'
 post '/v1/meshes?name=apart' --data-binary "@$AAL/L_thalamus.ply"
@@ -206,6 +206,8 @@ for process in project score; do
     execute "$process" "{\"model\":\"$ENCODED\",\"surface\":\"$(json '.id // .inputs.surface')\"}" --header 'Prefer: wait=100'
     is "$STATUS" 200 "and $process takes it"
 done
+
+# Results have a digest that anybody can write anew: what they hold proves nothing, and may not be what the service makes.
 file=$(jq -r '.jobs[] | select(.process == "distances").file' "$SCRATCH/open/srnfd-study.json")
 rm -rf "$SCRATCH/edit" "$SCRATCH/edit.zip"
 cp -r "$SCRATCH/open" "$SCRATCH/edit"
