@@ -83,14 +83,35 @@ static bool is_placeholder(const char *cell)
     return false;
 }
 
+/* Whether two cells of a column are different numbers. */
+static bool has_numbers(const struct study_table *table, size_t column)
+{
+    const char *number = NULL;
+
+    for (size_t i = 0; i < table->cells.rows; i++) {
+        const char *cell = delimited_cell(&table->cells, i, column);
+
+        if (!is_number(cell, '.') && !is_number(cell, ',')) {
+            continue;
+        }
+        if (number && strcmp(number, cell) != 0) {
+            return true;
+        }
+        number = cell;
+    }
+    return false;
+}
+
 /* A column of numbers was most likely meant to be one where most cells are, or all but those that
-   stand for nothing. */
+   stand for nothing, or half of them and not the same number each time. */
 static void note_strays(struct study_table *table, size_t column, size_t numbers, size_t said,
                         size_t placeholders, size_t first)
 {
     size_t others = said - numbers;
 
-    if (others > 0 && numbers > 1 && (numbers > others || others == placeholders)) {
+    if (others > 0 && numbers > 1 &&
+        (numbers > others || others == placeholders ||
+         (numbers == others && has_numbers(table, column)))) {
         table->strays[column] =
             (struct study_strays){.numbers = numbers, .others = others, .row = first};
     }

@@ -8,8 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/models.h"
 #include "api/warnings.h"
 #include "store/surface.h"
+#include "toolkit/outliers.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
 #include "toolkit/typicality.h"
@@ -149,6 +151,16 @@ static void warn(const struct score *asked, const struct compute_model *model,
                     json_number_value(json_object_get(beyond, "value")),
                     json_number_value(json_object_get(beyond, "lowest")),
                     json_number_value(json_object_get(beyond, "highest")));
+    }
+    if (asked->expected.told) {
+        json_t *made = model_made_from(&model->stored);
+        json_t *members = json_pack("{s:O, s:O?, s:O?}", "design", asked->expected.told, "subjects",
+                                    json_object_get(made, "subjects"), "surfaces",
+                                    json_object_get(made, "surfaces"));
+
+        outliers_warn_design(members, document);
+        json_decref(members);
+        json_decref(made);
     }
     if (asked->map && found->n_points == 0 && all->maps[0].n_points == 0) {
         warning_add(warnings_of(document), "components-missing",

@@ -144,6 +144,9 @@ static void set_design(const struct design_build *build, const struct design_col
     (void)json_object_set_new(design, "rows", rows);
     (void)json_object_set_new(design, "columns", names);
     (void)json_object_set_new(design, "terms", terms);
+    if (build->mixed) {
+        (void)json_object_set(design, "mixed", build->mixed);
+    }
     if (check_columns(build, columns, rows, names)) {
         (void)json_object_set_new(design, "tests", design_tests(build, columns, terms));
         design_set_points(build, columns, at, design);

@@ -12,6 +12,7 @@
 #include "toolkit/group.h"
 
 #define NAMES_SHOWN 240
+#define MIXED_TEXT 240
 #define POINTER "/inputs/formula"
 
 /* What a name means for a member: a covariate, its label, time or side; NULL or null: nothing. */
@@ -151,6 +152,54 @@ static int compare_levels(const void *a, const void *b)
     return strcmp(x, y);
 }
 
+/* Notes a factor of texts that was most likely meant to be numbers. */
+static void note_mixed(struct design_build *build, const struct design_factor *factor)
+{
+    const char *other = NULL, *number = NULL;
+    size_t numbers = 0, others = 0;
+    bool different = false;
+
+    for (size_t i = 0; i < build->n; i++) {
+        const json_t *all = json_object_get(json_array_get(build->members, i), "covariates");
+        const char *text = json_string_value(json_object_get(all, factor->source->name));
+        bool is_number = text && looks_like_number(text);
+
+        numbers += is_number;
+        others += text && !is_number;
+        different = different || (is_number && number && strcmp(text, number) != 0);
+        number = is_number ? text : number;
+        other = text && !is_number && !other ? text : other;
+    }
+    if (other && (numbers > others || (numbers == others && different))) {
+        build->mixed = build->mixed ? build->mixed : json_array();
+        (void)json_array_append_new(build->mixed,
+                                    json_pack("{s:s, s:s, s:I, s:I}", "column",
+                                              factor->source->name, "cell", other, "numbers",
+                                              (json_int_t)numbers, "others", (json_int_t)others));
+    }
+}
+
+/* Why a factor is one of levels, for the end of a sentence: "" where it is meant to be. */
+static const char *why_levels(const struct design_build *build, const struct design_factor *factor,
+                              char text[MIXED_TEXT])
+{
+    const json_t *one;
+    size_t i;
+
+    text[0] = '\0';
+    json_array_foreach(build->mixed, i, one)
+    {
+        if (strcmp(json_string_value(json_object_get(one, "column")), factor->source->name) == 0) {
+            (void)snprintf(text, MIXED_TEXT,
+                           ". It is text in the cohort, since \"%.60s\" is no number; %lld of its "
+                           "values are: correct the others, or leave their members out",
+                           json_string_value(json_object_get(one, "cell")),
+                           (long long)json_integer_value(json_object_get(one, "numbers")));
+        }
+    }
+    return text;
+}
+
 /* The levels in order, the reference first. False with a problem noted. */
 static bool sort_levels(const struct design_build *build, struct design_factor *factor,
                         json_t *seen)
@@ -190,6 +239,7 @@ static bool count_subjects(const struct design_build *build, const struct design
     size_t *of =
         group_subject_numbers(json_object_get(cohort, "subjects"), build->n, &subjects, &most);
     bool good = of != NULL;
+    char why[MIXED_TEXT];
 
     for (size_t i = 0; good && i < build->n; i++) {
         size_t level = (size_t)factor->value[i], first = of[i];
@@ -207,8 +257,9 @@ static bool count_subjects(const struct design_build *build, const struct design
     for (size_t k = 0; good && k < json_array_size(factor->levels); k++) {
         if (count[k] < 2) {
             problem_add(build->given->list, POINTER,
-                        "level \"%.60s\" of \"%.60s\" has one subject; each level needs two",
-                        json_string_value(json_array_get(factor->levels, k)), factor->source->name);
+                        "level \"%.60s\" of \"%.60s\" has one subject; each level needs two%s",
+                        json_string_value(json_array_get(factor->levels, k)), factor->source->name,
+                        why_levels(build, factor, why));
             good = false;
         }
     }
@@ -216,13 +267,16 @@ static bool count_subjects(const struct design_build *build, const struct design
     return good;
 }
 
-static bool read_levels(const struct design_build *build, struct design_factor *factor)
+static bool read_levels(struct design_build *build, struct design_factor *factor)
 {
-    char text[FORMULA_NAME_MAX];
+    char text[FORMULA_NAME_MAX], why[MIXED_TEXT];
     json_t *seen = json_object();
     bool good = true;
 
     factor->levels = json_array();
+    if (factor->source->function != FORMULA_LEVELS) {
+        note_mixed(build, factor);
+    }
     for (size_t i = 0; i < build->n; i++) {
         const json_t *member = json_array_get(build->members, i);
 
@@ -231,9 +285,10 @@ static bool read_levels(const struct design_build *build, struct design_factor *
         }
     }
     if (json_object_size(seen) < 2 || json_object_size(seen) > DESIGN_LEVELS_MAX) {
-        problem_add(build->given->list, POINTER, "\"%.60s\" has %zu level%s; 2 to %d are needed",
+        problem_add(build->given->list, POINTER, "\"%.60s\" has %zu level%s; 2 to %d are needed%s",
                     factor->source->name, json_object_size(seen),
-                    json_object_size(seen) == 1 ? "" : "s", DESIGN_LEVELS_MAX);
+                    json_object_size(seen) == 1 ? "" : "s", DESIGN_LEVELS_MAX,
+                    why_levels(build, factor, why));
         good = false;
     }
     good = good && sort_levels(build, factor, seen);
@@ -328,4 +383,5 @@ void design_factors_clear(struct design_build *build)
         srnf_free(build->factor[f].value);
         json_decref(build->factor[f].levels);
     }
+    json_decref(build->mixed);
 }

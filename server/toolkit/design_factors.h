@@ -23,6 +23,7 @@ struct design_build {
     const json_t *members;
     const char *where; /* design_describe */
     size_t n;
+    json_t *mixed; /* array: of factors of texts, many of which are numbers (design.h) */
     struct design_factor factor[FORMULA_FACTORS_MAX];
 };
 

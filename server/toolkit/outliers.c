@@ -14,10 +14,10 @@
 
 #include "api/json_memory.h"
 #include "api/warnings.h"
+#include "toolkit/codes.h"
 
 #define DEVIATIONS_FAR 10.0
 #define MEMBERS_MIN 5
-#define NORMAL_MAD 1.482602218505602
 
 static int compare_doubles(const void *a, const void *b)
 {
@@ -41,6 +41,29 @@ static const char *member_of(const json_t *cohort, size_t i)
     return subject ? subject : id ? id : "?";
 }
 
+/* Whether the covariate has a code for what is missing, and warns of it. scratch: [n]. */
+static bool warn_code(const json_t *cohort, const char *name, size_t n, const double *values,
+                      double *scratch, json_t *document)
+{
+    struct code code;
+
+    if (!code_find(n, values, scratch, &code)) {
+        return false;
+    }
+    warning_add(warnings_of(document), "covariate-far",
+                json_pack("{s:s, s:I, s:f, s:I, s:b, s:f, s:f}", "covariate", name, "member",
+                          (json_int_t)code.first, "value", code.value, "members",
+                          (json_int_t)code.members, "code", 1, "lowest", code.lowest, "highest",
+                          code.highest),
+                "%.60s is %.6g in %zu of %zu members, member %zu (%.60s) first, where the others "
+                "have %.6g to %.6g. Is it a code for what is missing? Here it counts as a number, "
+                "and may decide coefficients, p-values and accuracies: leave these members out, or "
+                "give them what was measured.",
+                name, code.value, code.members, n, code.first, member_of(cohort, code.first),
+                code.lowest, code.highest);
+    return true;
+}
+
 /* values: [n], and as many of scratch. */
 static void judge(const json_t *cohort, const char *name, size_t n, double *values,
                   json_t *document)
@@ -49,6 +72,9 @@ static void judge(const json_t *cohort, const char *name, size_t n, double *valu
     double middle, deviation, most = 0.0;
     size_t far = 0, worst = 0;
 
+    if (warn_code(cohort, name, n, values, sorted, document)) {
+        return;
+    }
     memcpy(sorted, values, n * sizeof *sorted);
     middle = sorted_median(n, sorted);
     for (size_t i = 0; i < n; i++) {
@@ -65,9 +91,9 @@ static void judge(const json_t *cohort, const char *name, size_t n, double *valu
     if (far > 0) {
         warning_add(
             warnings_of(document), "covariate-far",
-            json_pack("{s:s, s:I, s:f, s:f, s:f, s:I}", "covariate", name, "member",
+            json_pack("{s:s, s:I, s:f, s:f, s:f, s:I, s:b}", "covariate", name, "member",
                       (json_int_t)worst, "value", values[worst], "median", middle,
-                      "standardDeviations", most, "members", (json_int_t)far),
+                      "standardDeviations", most, "members", (json_int_t)far, "code", 0),
             "%.60s is %.6g in member %zu (%.60s), %.3g standard deviations from the median %.6g of "
             "all. Is it a code for what is missing, in another unit, or a slip? One such value may "
             "decide coefficients, p-values and accuracies: correct it, or leave the member out.",
@@ -123,10 +149,33 @@ void outliers_warn(const json_t *inputs, json_t *document)
     }
 }
 
+/* mixed: of a design. */
+static void warn_mixed(const json_t *mixed, json_t *document)
+{
+    const json_t *one;
+    size_t i;
+
+    json_array_foreach(mixed, i, one)
+    {
+        const char *name = json_string_value(json_object_get(one, "column"));
+        json_int_t numbers = json_integer_value(json_object_get(one, "numbers"));
+        json_int_t others = json_integer_value(json_object_get(one, "others"));
+
+        warning_add(warnings_of(document), "column-is-text", json_deep_copy(one),
+                    "\"%.60s\" is taken as levels: it is text in the cohort, since it is no number "
+                    "in %lld members, \"%.60s\" first, and one in the other %lld. Correct it in "
+                    "the cohort, or leave members out of whom it is not known, for it to count as "
+                    "a number.",
+                    name ? name : "", (long long)others,
+                    json_string_value(json_object_get(one, "cell")), (long long)numbers);
+    }
+}
+
 void outliers_warn_design(const json_t *cohort, json_t *document)
 {
     const json_t *design = json_object_get(cohort, "design");
 
     judge_all(cohort, json_object_get(design, "columns"), json_object_get(design, "rows"), true,
               document);
+    warn_mixed(json_object_get(design, "mixed"), document);
 }

@@ -115,6 +115,8 @@ is "$(strays 41 - 42 44 12,5y '?' 39)" '[["age",3,["-","12,5y","?"],4,3]]' \
     'several cells that are no numbers among more that are'
 like "$(json '.warnings[0].detail')" '3 of its cells are no numbers: "-", "12,5y", "[?]", line 3 first' 'are quoted'
 is "$(strays 41 - - - - 43)" '[["age",3,["-"],2,4]]' 'so are many that stand for nothing'
+is "$(strays 41 old young 43)" '[["age",3,["old","young"],2,2]]' 'so is a column of which half are numbers'
+is "$(strays 0 left 0 right 0 up 0 down)" '[]' 'but not where they are the same number'
 is "$(strays 41 old young old 43)" '[]' 'words with numbers among them are words'
 get "/v1/volumes/$VOLUME"
 is "$STATUS $(json .labelCount)" '200 12' 'the volume is there'

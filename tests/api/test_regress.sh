@@ -77,6 +77,32 @@ is "$STATUS $(json "$SLIP")" '200 [["age",3,-999,1]]' 'a code for what is missin
 execute compare-groups '{"cohort":"slip","register":false,"permutations":9,"covariates":["treated","age"]}'
 is "$STATUS $(json "$SLIP")" '200 [["age",3,-999,1]]' 'also among covariates that are regressed out'
 
+# Codes where no median deviation tells of them, near by it, or in several members; none where values merely lie apart.
+post_json /v1/cohorts "{\"name\":\"codes\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value | .covariates += {
+    coded: (if $i == 4 or $i == 9 then 999 else $i % 2 end), seldom: (if $i == 5 then -9 else 20 + $i * 7 % 60 end),
+    many: (if $i % 3 == 1 then 9999 else 10 + $i * $i % 17 end), volumes: (if $i == 2 then 999 else 300 + 100 * $i end),
+    change: (if $i == 7 then -9 else $i * 5 % 13 - 7 end)})' <<<"$MEMBERS")}"
+CODES='[.warnings[] | select(.code == "covariate-far") | .figures | [.covariate, .member, .value, .members, .code]] | sort | tojson'
+execute regress '{"cohort":"codes","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ coded + seldom + many + volumes + change"}'
+is "$STATUS $(json "$CODES")" '200 [["coded",4,999,2,true],["many",1,9999,6,true],["seldom",5,-9,1,true]]' \
+    'so are codes that no deviation tells of, with how many have them, and no value that merely looks like one'
+execute compare-groups '{"cohort":"codes","register":false,"permutations":9,"covariates":["coded","volumes"]}'
+is "$STATUS $(json "$CODES")" '200 [["coded",4,999,2,true]]' 'whatever reads the covariate'
+like "$(json '.warnings[] | select(.code == "covariate-far") | .detail')" '^coded is 999 in 2 of 18 members, member 4 ' 'in words'
+
+# A covariate that is text though half of it are numbers.
+post_json /v1/cohorts "{\"name\":\"mixed\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value | .covariates += {
+    stage: (if $i % 2 == 0 then "unclear" else "\($i / 2 | floor | . % 2)" end), years: (if $i < 6 then "unknown" else "\(40 + $i)" end)})' <<<"$MEMBERS")}"
+execute regress '{"cohort":"mixed","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ stage"}'
+is "$STATUS $(json '[.warnings[] | select(.code == "column-is-text") | .figures] | tojson')" \
+    '200 [{"cell":"unclear","column":"stage","numbers":9,"others":9}]' 'a covariate of numbers and texts that counts as levels is told'
+is "$(json '.inputs.cohort.design | has("mixed")')" false 'as a warning alone'
+execute regress '{"cohort":"mixed","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ C(stage)"}'
+is "$STATUS $(json '[.warnings[] | select(.code == "column-is-text")] | length')" '200 0' 'but not where levels are asked for'
+execute regress '{"cohort":"mixed","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ years"}'
+is_problem 422 invalid-input 'and where its levels are too many for it'
+like "$(json '.errors[0].detail')" 'It is text in the cohort, since "unknown" is no number; 12 of its values are' 'that is why'
+
 regress 'shape~treated+site+age' ',"at":[{"age":45}]'
 compare "$(json ".terms[2].r2 / $(jq '.terms[0].r2' "$SCRATCH/first.json") - 1 | fabs")" '<' 1e-12 \
     'the order of terms does not matter, but for rounding'
