@@ -150,7 +150,7 @@ const struct metric_family metric_families[METRICS] = {
     [METRIC_TASK_BYTES] = {KIND_COUNTER,
                            "srnfd_task_bytes_total",
                            "Bytes of contents that workers read and of results that they wrote.",
-                           {"part"},
+                           {"kind", "part"},
                            NULL},
     [METRIC_TASKS_LEASED] =
         {KIND_GAUGE, "srnfd_tasks_leased", "Tasks that workers have leased.", {NULL}, NULL},

@@ -47,7 +47,7 @@ enum metric {
     METRIC_EXPRESS_BUSY,          /* those with a job */
     METRIC_TASKS,                 /* kind, event: leased, done, lost, returned */
     METRIC_TASK_SECONDS,          /* kind: of leases that ended with a result */
-    METRIC_TASK_BYTES,            /* part: contents, results */
+    METRIC_TASK_BYTES,            /* kind, part: contents, results */
     METRIC_TASKS_LEASED,          /* at this moment */
     METRIC_REMOTE_WORKERS,        /* processes on other machines, or on this one */
     METRIC_PILOTS,                /* state: pending, running */

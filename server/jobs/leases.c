@@ -325,11 +325,12 @@ int jobs_lease_content(struct jobs *jobs, const char *task, const struct jobs_pr
         }
     }
     jobs_task_clear(&what);
-    leave(jobs, place);
     if (status == STORE_OK) {
-        metrics_add(jobs->config.metrics, METRIC_TASK_BYTES, METRIC_LABELS("contents"),
+        metrics_add(jobs->config.metrics, METRIC_TASK_BYTES,
+                    METRIC_LABELS(place.round->what->kind->name, "contents"),
                     (double)content->size);
     }
+    leave(jobs, place);
     return status;
 }
 
@@ -490,11 +491,9 @@ int jobs_lease_finish(struct jobs *jobs, const char *task, const struct jobs_pro
         memcpy(copy.bytes, bytes, size);
         status = store_task_finish(jobs->config.store, task, text, maker, bytes, size);
     }
-    if (status == STORE_OK) {
-        metrics_add(jobs->config.metrics, METRIC_TASK_BYTES, METRIC_LABELS("results"),
-                    (double)size);
-    }
     if (place.round && status == STORE_OK) {
+        metrics_add(jobs->config.metrics, METRIC_TASK_BYTES,
+                    METRIC_LABELS(place.round->what->kind->name, "results"), (double)size);
         note_end(jobs, place, proof, &(struct end){.result = &copy});
     } else {
         leave(jobs, place);
