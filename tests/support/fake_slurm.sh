@@ -16,7 +16,9 @@
 # state/given       MiB of elements that ask for none; without the file Slurm gives no memory at all
 # state/calls       one line a call: program and arguments; state/seen-N: arguments and environment of a call of sbatch,
 #                   as /proc has them
-# state/ID/N/       an element: word (its state), pid, script
+# state/ID/N/       an element: word (its state), pid, worker (the process of its script)
+# state/asleep      processes of those that did not end
+# state/instead     a script that elements run instead of their own, whose path is its argument
 set -u
 umask 077
 HERE=$(cd "$(dirname "$0")" && pwd)
@@ -44,22 +46,23 @@ settle() {
         if [ -s "$element/status" ]; then
             line "$element/status"
             if [ "$LINE" = 0 ]; then echo COMPLETED >"$element/word"; else echo FAILED >"$element/word"; fi
-        elif line "$element/pid" && ! kill -0 "$LINE" 2>/dev/null; then
+        elif line "$element/pid" && ! kill -0 "$LINE" 2>/dev/null && [ ! -s "$element/status" ]; then
             echo NODE_FAIL >"$element/word"
         fi
     done
 }
 
 start() { # ELEMENT ARRAY
-    local element=$1
+    local element=$1 own=$2/script script=$2/script
     line "$2/memory"
     if [ -e "$STATE/memory" ] && [ "$LINE" -lt "$(cat "$STATE/memory")" ]; then
         echo OUT_OF_MEMORY >"$element/word"
         return
     fi
     echo RUNNING >"$element/word"
-    setsid bash -c 'cd /; echo $$ >"$1/pid"; sh "$2/script" & echo $! >"$1/worker"; wait $!; echo $? >"$1/status"' \
-        pilot "$element" "$2" 9>&- </dev/null >/dev/null 2>>"$STATE/pilots.log" &
+    [ ! -e "$STATE/instead" ] || script=$STATE/instead
+    setsid bash -c 'cd /; echo $$ >"$1/pid"; sh "$2" "$3" & echo $! >"$1/worker"; wait $!; echo $? >"$1/status"' \
+        pilot "$element" "$script" "$own" 9>&- </dev/null >/dev/null 2>>"$STATE/pilots.log" &
     while [ ! -s "$element/worker" ]; do sleep 0.01; done
 }
 
@@ -179,6 +182,21 @@ work() { # ARGUMENTS..
     flock -u 9
 }
 
+# What the controller does it does to the end, whatever becomes of the program that asked for it.
+at_work() { # ARGUMENTS..
+    AT_WORK=1 setsid "$0" "$@"
+}
+
+sleep_on() {
+    echo $$ >>"$STATE/asleep"
+    exec sleep 600
+}
+
+if [ -n "${AT_WORK-}" ]; then
+    unset AT_WORK
+    work "$@"
+    exit
+fi
 echo "$PROGRAM $*" >>"$STATE/calls"
 if [ "$PROGRAM" = sbatch ]; then
     tr '\0' '\n' <"/proc/$$/cmdline" >"$STATE/seen-$$"
@@ -190,21 +208,21 @@ refuse*)
     echo "$PROGRAM: error: ${MODE#refuse }" >&2
     exit 1
     ;;
-hang) exec sleep 600 ;;
+hang) sleep_on ;;
 late)
-    work "$@" >/dev/null
-    exec sleep 600
+    at_work "$@" >/dev/null
+    sleep_on
     ;;
 drop)
-    work "$@" >/dev/null
+    at_work "$@" >/dev/null
     echo "$PROGRAM: error: Unable to contact slurm controller (connect failure)" >&2
     exit 1
     ;;
 garbage)
-    work "$@" >/dev/null
+    at_work "$@" >/dev/null
     printf 'Segmentation\001 fault\377\n'
     ;;
-hide) work "$@" >/dev/null ;;
+hide) at_work "$@" >/dev/null ;;
 flood) head -c 6291456 /dev/zero | tr '\0' x ;;
-*) work "$@" ;;
+*) at_work "$@" ;;
 esac
