@@ -15,9 +15,9 @@
 
 DATA=$SCRATCH/data
 
-searches_done() {
+tasks_done() { # KIND
     get /metrics
-    sed -n 's/^srnfd_tasks_total{kind="searches",event="done"} //p' "$BODY"
+    sed -n "s/^srnfd_tasks_total{kind=\"$1\",event=\"done\"} //p" "$BODY"
 }
 
 # ---- As it is computed here -----------------------------------------------------------------------------
@@ -102,6 +102,8 @@ is "$(told task-done)" 6 'as they say themselves'
 compare "$(find "$SCRATCH/cache" -type f | wc -l)" '>=' 2 'what tasks were about is kept on the disk'
 get /metrics
 like "$(cat "$BODY")" 'srnfd_tasks_total\{kind="pairs",event="done"\} 6' 'and counted'
+is "$(sed -n 's/^srnfd_task_bytes_total{kind="pairs",part="results"} //p' "$BODY")" 48 'with the bytes of their results'
+compare "$(sed -n 's/^srnfd_task_bytes_total{kind="pairs",part="contents"} //p' "$BODY")" '>=' 2400 'and those that were read'
 get '/v1/jobs?process=distances'
 get "/v1/jobs/$(json '.jobs[0].jobID')"
 is "$(json '[.executors | length, .[0].tasks, (.[0].host | length > 0), (.[0].cpu | length > 0), (.[0].build | contains("openblas"))] | tojson')" \
@@ -110,26 +112,25 @@ execute mean "$MEAN" --header 'Prefer: wait=100'
 is "$(json "$MEAN_NUMBERS")" "$LOCAL_MEAN" 'a mean by two workers: the same bits'
 execute mean "$POSED" --header 'Prefer: wait=100'
 is "$(json "$MEAN_NUMBERS")" "$LOCAL_POSED" 'in a common pose too'
-SEARCHES=$(searches_done)
+SEARCHES=$(tasks_done searches)
 execute mean "$GUIDED" --header 'Prefer: wait=100'
 is "$(json "$MEAN_NUMBERS")" "$LOCAL_GUIDED" 'where landmarks guide, too'
-compare "$(searches_done)" '>' "$SEARCHES" 'whose registrations were tasks'
+compare "$(tasks_done searches)" '>' "$SEARCHES" 'whose registrations were tasks'
 execute distances "$TWICE" --header 'Prefer: wait=30'
 is "$(json '.matrix | tojson')" "$LOCAL_TWICE" 'a surface that is twice in a group makes two tasks'
 execute mean "$MEAN_TWICE" --header 'Prefer: wait=30'
 is "$(json "$MEAN_NUMBERS")" "$LOCAL_MEAN_TWICE" 'of its mean, too'
 is "$(surfaces L_caudate R_caudate | jq length)" 2 'two more surfaces'
 post_json /v1/cohorts "$LABELLED"
-SEARCHES=$(searches_done)
 post_json /v1/cohorts "$PARTED"
-SEARCHES=$(searches_done)
+SEARCHES=$(tasks_done searches)
 execute pca-parts "$PARTS" --header 'Prefer: wait=100'
 is "$(json '[.eigenvalues, .scores, .warnings] | tojson')" "$LOCAL_PARTS" 'components of several parts'
-compare "$(searches_done)" '>' "$SEARCHES" 'whose registrations were tasks'
-SEARCHES=$(searches_done)
+compare "$(tasks_done searches)" '>' "$SEARCHES" 'whose registrations were tasks'
+SEARCHES=$(tasks_done searches)
 execute classify "$FOLDS" --header 'Prefer: wait=100'
 is "$(json "$FOLD_NUMBERS")" "$LOCAL_FOLDS" 'and folds'
-compare "$(searches_done)" '>' "$SEARCHES" 'whose registrations were tasks'
+compare "$(tasks_done searches)" '>' "$SEARCHES" 'whose registrations were tasks'
 for name in L_hippocampus R_putamen L_amygdala; do
     post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
 done
@@ -229,9 +230,11 @@ is "$STATUS" 204 'and is no longer offered'
 execute distances "{\"surfaces\":$(jq -c '.surfaces[1:]' <<<"$INPUTS"),\"handedness\":\"ignore\"}" --header 'Prefer: respond-async'
 JOB=$(json .jobID)
 : >"$WORKER_LOG"
+NAME=holder lease # so that the job does not end before the daemon is killed
 start_worker
 waited=0
 until [ "$(told task-done)" -ge 1 ] || [ "$waited" -gt 600 ]; do
+    request POST "/v1/leases/$TASK/heartbeat" --header "Lease-Secret: $SECRET"
     sleep 0.05
     waited=$((waited + 1))
 done
@@ -281,18 +284,7 @@ is "$(json .status | grep -cE 'accepted|running')" 1 'the job again'
 JOB=$(json .jobID)
 : >"$WORKER_LOG"
 start_worker --grace-seconds 0
-until grep -q '"event": *"working"' "$WORKER_LOG" || ! alive "$WORKER_PID"; do sleep 0.01; done
-NAME_OF_WORKER=$(jq -Rr 'fromjson? | objects | select(.event == "working") | .worker' "$WORKER_LOG")
-leases() {
-    get /v1/workers && [ "$(json "[.items[] | select(.worker == \"$NAME_OF_WORKER\") | .leased] | max")" = 1 ]
-}
-# Stopped again and again, until that is in the middle of a task: each takes a tenth of a second.
-waited=0
-until kill -STOP "$WORKER_PID" && leases || [ "$waited" -gt 100 ]; do
-    kill -CONT "$WORKER_PID"
-    sleep 0.03
-    waited=$((waited + 1))
-done
+stop_at_work "$WORKER_PID"
 kill -TERM "$WORKER_PID"
 kill -CONT "$WORKER_PID"
 wait_server "$WORKER_PID" 20

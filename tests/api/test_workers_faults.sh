@@ -3,8 +3,8 @@
 # srnfd-test: timeout 300
 #
 # test_workers_faults.sh - workers and machines that fail while tasks are computed: a worker that hangs, with heartbeats and
-# without, a network that is cut, a full disk, clocks that are wrong or step, a computation that fails everywhere. The
-# answer has the same bits each time.
+# without, a network that is cut or changes bytes, a full disk, clocks that are wrong or step, a computation that fails
+# everywhere. The answer has the same bits each time.
 # srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
@@ -94,12 +94,13 @@ is_problem 422 invalid-input 'certain is a boolean'
 submit '[0,1,2]'
 lease
 before=$(stat -c %s "$SCRATCH/data/"*-wal 2>/dev/null | paste -sd+ | bc)
+after='not measured'
 beats=0
 request POST "/v1/leases/$TASK/heartbeat" --header "Lease-Secret: $SECRET"
 started=$(date +%s%N)
 while [ "$STATUS" = 200 ] && [ "$beats" -lt 100 ]; do
     beats=$((beats + 1))
-    sleep 0.2
+    sleep 0.1
     request POST "/v1/leases/$TASK/heartbeat" --header "Lease-Secret: $SECRET"
     [ "$beats" != 10 ] || after=$(stat -c %s "$SCRATCH/data/"*-wal 2>/dev/null | paste -sd+ | bc)
 done
@@ -121,8 +122,7 @@ submit '[3,2,1,0]'
 : >"$WORKER_LOG"
 start_worker --idle-seconds 2
 FROZEN=$WORKER_PID
-wait_leased
-kill -STOP "$FROZEN"
+stop_at_work "$FROZEN"
 start_worker --idle-seconds 4
 has_bits 'a worker is frozen, and another one goes on'
 get /metrics
@@ -153,6 +153,17 @@ compare "$(json '[.items[] | select(.worker != "by-hand")] | length')" '>=' 2 't
 kill -TERM "$CUT"
 wait_server "$CUT" 30
 is "$SERVER_STATUS" 0 'and drains' || tail -n 5 "$WORKER_LOG" >&2
+wait_server "$WORKER_PID" 20
+
+# ---- A network that changes bytes --------------------------------------------------------------------------
+
+submit '[3,0,1]'
+: >"$WORKER_LOG"
+touch "$SCRATCH/far.damage"
+WORKER_URL=http://$NEAR start_worker --idle-seconds 2
+has_bits 'bytes of a surface are changed on their way to a worker: what is computed is the same'
+is "$(jq -Rr 'fromjson? | objects | select(.event == "task-failed") | .detail' "$WORKER_LOG")" \
+    'what the task is about came damaged' 'since it has looked at them'
 wait_server "$WORKER_PID" 20
 
 # ---- A full disk at a worker ------------------------------------------------------------------------------

@@ -65,6 +65,24 @@ wait_leased() {
     done
 }
 
+leased_to() { # PID; how many tasks, of the process of srnfd worker
+    get /v1/workers
+    json "[.items[] | select(.worker | test(\"-$1-[0-9a-f]{8}$\")) | .leased] | max"
+}
+
+# Stops a process of srnfd worker in the middle of a task, which may take a tenth of a second: again and again, until it is.
+stop_at_work() { # PID
+    local tries=0
+    while [ "$tries" -lt 300 ]; do
+        kill -STOP "$1"
+        sleep 0.02 # what it had sent arrives
+        [ "$(leased_to "$1")" != 1 ] || return
+        kill -CONT "$1"
+        sleep 0.03
+        tries=$((tries + 1))
+    done
+}
+
 matrix() { # JOB
     get "/v1/jobs/$1/results"
     json '.matrix | tojson'
