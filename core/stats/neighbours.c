@@ -280,6 +280,57 @@ static int measure_one(void *argument, size_t index, const struct srnf_context *
     return status;
 }
 
+/* The pairs of the round on other machines; SRNF_SEARCH_HERE: the caller has none. */
+static int measure_elsewhere(struct seeking *s, const struct srnf_context *context,
+                             struct stats_progress progress, struct srnf_error *error)
+{
+    size_t(*ends)[2];
+    double *distances;
+    int status = SRNF_ENOMEM;
+
+    if (!context || !context->measure || s->count == 0) {
+        return SRNF_SEARCH_HERE;
+    }
+    ends = srnf_alloc(s->count, sizeof *ends);
+    distances = srnf_alloc(s->count, sizeof *distances);
+    if (ends && distances) {
+        const struct srnf_pair_search asked = {.sht = s->sht,
+                                               .options = &s->options,
+                                               .n = s->n,
+                                               .surfaces = s->surfaces,
+                                               .count = s->count,
+                                               .pairs = ends,
+                                               .from = progress.from,
+                                               .to = progress.to,
+                                               .distances = distances};
+
+        for (size_t c = 0; c < s->count; c++) {
+            stats_pair(s->pairs[c], &ends[c][0], &ends[c][1]);
+        }
+        status = context->measure(context->user, &asked, error);
+    }
+    for (size_t c = 0; c < s->count && status == SRNF_OK; c++) {
+        *entry(s, ends[c][0], ends[c][1]) = distances[c];
+    }
+    srnf_free(ends);
+    srnf_free(distances);
+    return status;
+}
+
+static int measure_all(struct seeking *s, const struct srnf_context *context,
+                       struct srnf_error *error)
+{
+    double all = (double)s->out->pairs;
+    const struct stats_progress progress = {(double)s->out->registered / all,
+                                            (double)(s->out->registered + s->count) / all,
+                                            "registering neighbours"};
+    int status = measure_elsewhere(s, context, progress, error);
+
+    return status == SRNF_SEARCH_HERE
+               ? stats_run(context, s->count, measure_one, s, progress, error)
+               : status;
+}
+
 /* j is a neighbour of i at that distance, if it is among the nearest. */
 static void insert(struct seeking *s, size_t i, size_t j)
 {
@@ -308,19 +359,13 @@ static void insert(struct seeking *s, size_t i, size_t j)
 static int seek(struct seeking *s, const struct srnf_context *context, struct srnf_error *error)
 {
     const struct stats_progress quiet = {0};
-    double all = (double)s->out->pairs;
     int status = SRNF_OK;
 
     do {
         status = stats_run(context, s->n, choose_one, s, quiet, error);
         if (status == SRNF_OK) {
             list_pairs(s);
-            status =
-                stats_run(context, s->count, measure_one, s,
-                          (struct stats_progress){(double)s->out->registered / all,
-                                                  (double)(s->out->registered + s->count) / all,
-                                                  "registering neighbours"},
-                          error);
+            status = measure_all(s, context, error);
         }
         for (size_t c = 0; c < s->count && status == SRNF_OK; c++) {
             size_t i, j;

@@ -115,6 +115,7 @@ int stats_run(const struct srnf_context *context, size_t count, stats_body *body
     tasks.quiet.progress = NULL;
     tasks.quiet.parallel_for = NULL;
     tasks.quiet.search = NULL;
+    tasks.quiet.measure = NULL;
     atomic_init(&tasks.done, 0);
     atomic_init(&tasks.lowest, count);
     atomic_init(&tasks.canceled, false);

@@ -64,6 +64,7 @@ struct srnf_error {
 /* ---- Progress, cancellation, threads --------------------------------------------------------- */
 
 struct srnf_field_search;  /* srnf/register.h */
+struct srnf_pair_search;   /* srnf/stats.h */
 #define SRNF_SEARCH_HERE 1 /* the caller has no other machines for a search */
 
 /* What a long computation gets from its caller. NULL, or NULL members, mean: silent, not
@@ -100,6 +101,10 @@ struct srnf_context {
        took any; SRNF_ECANCELED, also where the caller has failed in its own way; what take
        or unmet has returned. NULL: as SRNF_SEARCH_HERE. */
     int (*search)(void *user, const struct srnf_field_search *search, struct srnf_error *error);
+    /* The same for distances of pairs: fills pairs->distances with those of srnf_distances, and
+       returns as search does. Asked by srnf_nearest_neighbours, which then recalls and keeps
+       nothing. */
+    int (*measure)(void *user, const struct srnf_pair_search *pairs, struct srnf_error *error);
 };
 
 /* ---- Memory ---------------------------------------------------------------------------------- */

@@ -28,6 +28,18 @@ SRNF_CHECKED int srnf_distances(const struct srnf_sht *sht, size_t n, const doub
                                 const struct srnf_context *context, double *matrix,
                                 struct srnf_error *error);
 
+/* What srnf_context.measure is asked for. */
+struct srnf_pair_search {
+    const struct srnf_sht *sht;
+    const struct srnf_register_options *options;
+    size_t n;
+    const double *const *surfaces; /* [n] */
+    size_t count;
+    const size_t (*pairs)[2]; /* [count] of surfaces, the first before the second */
+    double from, to;          /* of the progress of the computation that they are part of */
+    double *distances;        /* [count] */
+};
+
 struct srnf_neighbours {
     size_t n, k;
     size_t *indices;   /* [n][k] nearest first; equal distances in the order of the surfaces */

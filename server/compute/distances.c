@@ -1,7 +1,7 @@
 /*
  * distances.c - distances of a group, and how they are cut into tasks.
  *
- * Pairs are numbered as the entries above the diagonal, column by column; a task is a block of
+ * Pairs are numbered as the entries above the diagonal, column by column, or come as a list; a task is a block of
  * consecutive ones that is estimated to take a second (compute/seconds.h). The matrix is filled
  * from the results in any order: each entry belongs to one pair.
  */
@@ -18,12 +18,15 @@
 #define BLOCK_MAX 64 /* pairs */
 
 struct spread {
-    struct tasks_pairs asked;       /* without surfaces and pairs */
-    size_t n, count, block;         /* surfaces, pairs of a task */
+    struct tasks_pairs asked; /* without surfaces and pairs */
+    const double *const *surfaces;
+    size_t n, count, block;         /* surfaces, pairs, pairs of a task */
+    const size_t (*pairs)[2];       /* [count]; NULL: all that there are */
     size_t each;                    /* bytes of a surface */
     unsigned char *bytes;           /* [n][each] */
     struct tasks_content *contents; /* [n] */
-    double *matrix;
+    double *matrix;                 /* [n][n] of all pairs */
+    double *distances;              /* [count] of some */
 };
 
 static void pair_at(size_t index, size_t pair[2])
@@ -38,6 +41,15 @@ static void pair_at(size_t index, size_t pair[2])
     }
     pair[0] = index - upper * (upper - 1) / 2;
     pair[1] = upper;
+}
+
+static void ends_of(const struct spread *spread, size_t index, size_t pair[2])
+{
+    if (spread->pairs) {
+        memcpy(pair, spread->pairs[index], sizeof spread->pairs[index]);
+    } else {
+        pair_at(index, pair);
+    }
 }
 
 static size_t block_size(const struct spread *spread, size_t task)
@@ -74,7 +86,7 @@ static int describe(void *user, size_t index, struct jobs_task *task)
         return status;
     }
     for (size_t k = 0; k < size; k++) {
-        pair_at(index * spread->block + k, pairs[k]);
+        ends_of(spread, index * spread->block + k, pairs[k]);
         pairs[k][0] = place_of(spread, pairs[k][0], task);
         pairs[k][1] = place_of(spread, pairs[k][1], task);
     }
@@ -99,6 +111,10 @@ static int take(void *user, size_t index, const void *result, size_t size)
     for (size_t k = 0; k < n_pairs; k++) {
         size_t pair[2];
 
+        if (spread->pairs) {
+            spread->distances[index * spread->block + k] = distances[k];
+            continue;
+        }
         pair_at(index * spread->block + k, pair);
         spread->matrix[pair[0] * spread->n + pair[1]] = distances[k];
         spread->matrix[pair[1] * spread->n + pair[0]] = distances[k];
@@ -107,27 +123,49 @@ static int take(void *user, size_t index, const void *result, size_t size)
 }
 
 /* The surfaces as bytes, with their digests. */
-static int prepare(const struct compute_group *group, struct spread *spread)
+static int prepare(struct spread *spread)
 {
-    size_t count = 3 * srnf_coefficient_count(group->degree);
+    size_t count = 3 * srnf_coefficient_count(spread->asked.degree);
 
     spread->each = 8 * count;
-    spread->bytes = srnf_alloc(group->n, spread->each);
-    spread->contents = srnf_alloc(group->n, sizeof *spread->contents);
+    spread->bytes = srnf_alloc(spread->n, spread->each);
+    spread->contents = srnf_alloc(spread->n, sizeof *spread->contents);
     if (!spread->bytes || !spread->contents) {
         return SRNF_ENOMEM;
     }
-    for (size_t i = 0; i < group->n; i++) {
+    for (size_t i = 0; i < spread->n; i++) {
         struct tasks_content *content = &spread->contents[i];
         unsigned char *bytes = spread->bytes + i * spread->each;
 
-        tasks_put_doubles(bytes, group->surfaces[i], count);
+        tasks_put_doubles(bytes, spread->surfaces[i], count);
         content->bytes = bytes;
         content->size = spread->each;
         store_sha256_hex(content->digest, bytes, spread->each);
-        spread->matrix[i * group->n + i] = 0.0;
     }
     return SRNF_OK;
+}
+
+/* As jobs_run_round. from, to: of the progress of the phase, as there. */
+static int run_spread(struct jobs_run *run, struct spread *spread, double from, double to,
+                      struct jobs_result *result)
+{
+    struct jobs_round round = {.kind = tasks_kind_find(TASKS_PAIRS),
+                               .from = from,
+                               .to = to,
+                               .describe = describe,
+                               .take = take,
+                               .user = spread};
+    int status = prepare(spread);
+
+    spread->block =
+        seconds_block(seconds_of_pair((double)spread->asked.degree), spread->count, BLOCK_MAX);
+    round.n = (spread->count + spread->block - 1) / spread->block;
+    if (status == SRNF_OK) {
+        status = jobs_run_round(run, &round, result);
+    }
+    srnf_free(spread->bytes);
+    srnf_free(spread->contents);
+    return status;
 }
 
 static int spread_distances(struct jobs_run *run, enum srnf_metric metric,
@@ -135,26 +173,51 @@ static int spread_distances(struct jobs_run *run, enum srnf_metric metric,
                             const struct srnf_register_options *registration, double *matrix,
                             struct jobs_result *result)
 {
-    size_t count = group->n * (group->n - 1) / 2;
     struct spread spread = {
         .asked = {.degree = group->degree, .metric = metric, .registration = *registration},
+        .surfaces = group->surfaces,
         .n = group->n,
-        .count = count,
-        .block = seconds_block(seconds_of_pair((double)group->degree), count, BLOCK_MAX),
+        .count = group->n * (group->n - 1) / 2,
         .matrix = matrix};
-    struct jobs_round round = {.kind = tasks_kind_find(TASKS_PAIRS),
-                               .n = (spread.count + spread.block - 1) / spread.block,
-                               .describe = describe,
-                               .take = take,
-                               .user = &spread};
-    int status = prepare(group, &spread);
+    int status;
 
-    if (status == SRNF_OK) {
-        status = jobs_run_round(run, &round, result);
+    for (size_t i = 0; i < group->n; i++) {
+        matrix[i * group->n + i] = 0.0;
     }
-    srnf_free(spread.bytes);
-    srnf_free(spread.contents);
+    status = run_spread(run, &spread, 0.0, 0.0, result);
     return status == JOBS_TASK_FAILED ? COMPUTE_FAILED : status;
+}
+
+/* The member measure of the run's context. */
+static int measure_by_workers(void *user, const struct srnf_pair_search *pairs,
+                              struct srnf_error *error)
+{
+    struct spread spread = {.asked = {.degree = srnf_sht_degree(pairs->sht),
+                                      .metric = SRNF_METRIC_SRNF,
+                                      .registration = *pairs->options},
+                            .surfaces = pairs->surfaces,
+                            .n = pairs->n,
+                            .count = pairs->count,
+                            .pairs = pairs->pairs,
+                            .distances = pairs->distances};
+    struct jobs_result result = {.results = NULL};
+    int status = run_spread(user, &spread, pairs->from, pairs->to, &result);
+
+    (void)error;
+    if (status == JOBS_TASK_FAILED) {
+        jobs_run_fail(user, &result);
+        status = SRNF_ECANCELED;
+    }
+    return status;
+}
+
+void compute_pairs_measured(struct jobs_run *run)
+{
+    if (jobs_offers_tasks(jobs_run_jobs(run))) {
+        jobs_run_measure_by(run, measure_by_workers);
+    } else {
+        jobs_run_keep_parts(run);
+    }
 }
 
 int compute_distances(struct jobs_run *run, const struct srnf_sht *sht, enum srnf_metric metric,

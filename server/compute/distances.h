@@ -21,4 +21,9 @@ int compute_distances(struct jobs_run *run, const struct srnf_sht *sht, enum srn
                       const struct srnf_register_options *registration, double *matrix,
                       struct jobs_result *result, struct srnf_error *error);
 
+/* From now on the run's context offers the pairs that srnf_nearest_neighbours registers to workers
+   (srnf_context.measure), where the service does; the results have the same bits. What its tasks
+   fail with becomes the problem of the job. Otherwise they are kept for a later attempt. */
+void compute_pairs_measured(struct jobs_run *run);
+
 #endif

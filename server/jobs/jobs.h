@@ -176,6 +176,10 @@ void jobs_run_keep_parts(struct jobs_run *run);
 void jobs_run_search_by(struct jobs_run *run,
                         int (*search)(void *user, const struct srnf_field_search *search,
                                       struct srnf_error *error));
+/* The same for the member measure. */
+void jobs_run_measure_by(struct jobs_run *run,
+                         int (*measure)(void *user, const struct srnf_pair_search *pairs,
+                                        struct srnf_error *error));
 /* What the job fails with, should its process end with no results: for what happens beneath the
    core, which passes on no more than a status. The first one counts. On the thread of the run. */
 void jobs_run_fail(struct jobs_run *run, const struct jobs_result *result);

@@ -205,6 +205,13 @@ void jobs_run_search_by(struct jobs_run *run,
     run->context.search = search;
 }
 
+void jobs_run_measure_by(struct jobs_run *run,
+                         int (*measure)(void *user, const struct srnf_pair_search *pairs,
+                                        struct srnf_error *error))
+{
+    run->context.measure = measure;
+}
+
 void jobs_run_fail(struct jobs_run *run, const struct jobs_result *result)
 {
     if (!run->failed.problem_code) {

@@ -46,6 +46,7 @@ static int compute_again(struct jobs_run *run, const struct jobs_round *what, si
     context.recall = NULL;
     context.keep = NULL;
     context.search = NULL;
+    context.measure = NULL;
     context.parallel_for = NULL;
     jobs_memory_lend(run->memory, MEMORY_MAX, &lent);
     before = jobs_memory_enter(&lent);

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 #include "api/tables.h"
+#include "compute/distances.h"
 #include "toolkit/group.h"
 #include "toolkit/group_doubts.h"
 #include "toolkit/registration_options.h"
@@ -68,7 +69,7 @@ static void complete(struct process_inputs *given)
 
 /* ---- Running --------------------------------------------------------------------------------- */
 
-/* Registered pairs are kept for a later attempt of the job. */
+/* Registered pairs are tasks of workers, or kept for a later attempt of the job. */
 static int find(struct jobs_run *run, const struct compute_group *group, size_t k,
                 const struct srnf_register_options *options, struct srnf_neighbours *found,
                 struct jobs_result *result)
@@ -79,7 +80,7 @@ static int find(struct jobs_run *run, const struct compute_group *group, size_t 
     int status = jobs_transform_acquire(jobs, group->degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht);
 
     jobs_run_phase(run, 100.0);
-    jobs_run_keep_parts(run);
+    compute_pairs_measured(run);
     if (status == 0) {
         status = srnf_nearest_neighbours(sht, group->n, group->surfaces, k, options,
                                          jobs_run_context(run), found, &error);

@@ -30,6 +30,10 @@ LOCAL=$(json '.matrix | tojson')
 execute distances "$SRM"
 LOCAL_SRM=$(json '.matrix | tojson')
 MEAN="{\"surfaces\":$(jq -c .surfaces <<<"$INPUTS")}"
+NEAREST="{\"surfaces\":$(jq -c .surfaces <<<"$INPUTS"),\"k\":1}"
+NEAREST_NUMBERS='[.indices, .distances, .pairs] | tojson'
+execute neighbours "$NEAREST"
+LOCAL_NEAREST=$(json "$NEAREST_NUMBERS")
 execute mean "$MEAN"
 LOCAL_MEAN=$(json "$MEAN_NUMBERS")
 like "$LOCAL_MEAN" '^\["surf-.*[0-9]' 'a mean, computed here'
@@ -108,6 +112,10 @@ get '/v1/jobs?process=distances'
 get "/v1/jobs/$(json '.jobs[0].jobID')"
 is "$(json '[.executors | length, .[0].tasks, (.[0].host | length > 0), (.[0].cpu | length > 0), (.[0].build | contains("openblas"))] | tojson')" \
     '[1,6,true,true,true]' 'and the job names the host, the processor and the build of its results'
+PAIRS=$(tasks_done pairs)
+execute neighbours "$NEAREST" --header 'Prefer: wait=100'
+is "$(json "$NEAREST_NUMBERS")" "$LOCAL_NEAREST" 'neighbours by two workers: the same bits'
+compare "$(tasks_done pairs)" '>' "$PAIRS" 'whose registrations were tasks'
 execute mean "$MEAN" --header 'Prefer: wait=100'
 is "$(json "$MEAN_NUMBERS")" "$LOCAL_MEAN" 'a mean by two workers: the same bits'
 execute mean "$POSED" --header 'Prefer: wait=100'

@@ -206,6 +206,75 @@ static void goes_on_from_what_was_measured(void **state)
     group_close(&g);
 }
 
+/* Another machine: it has the numbers of the pairs and nothing else. */
+struct elsewhere {
+    int answer; /* SRNF_OK: measures */
+    size_t asked, measured;
+};
+
+static int measure(void *user, const struct srnf_pair_search *pairs, struct srnf_error *error)
+{
+    struct elsewhere *elsewhere = user;
+
+    (void)error;
+    elsewhere->asked++;
+    assert_true(pairs->count > 0 && pairs->n == N);
+    assert_true(pairs->from >= 0.0 && pairs->from < pairs->to && pairs->to <= 1.0);
+    for (size_t c = pairs->count; c-- > 0 && elsewhere->answer == SRNF_OK;) {
+        const double *ends[2] = {pairs->surfaces[pairs->pairs[c][0]],
+                                 pairs->surfaces[pairs->pairs[c][1]]};
+        double matrix[4];
+
+        assert_true(pairs->pairs[c][0] < pairs->pairs[c][1]);
+        assert_int_equal(srnf_distances(pairs->sht, 2, ends, pairs->options, NULL, matrix, NULL),
+                         SRNF_OK);
+        pairs->distances[c] = matrix[1];
+        elsewhere->measured++;
+    }
+    return elsewhere->answer;
+}
+
+/* Pairs that are measured elsewhere: the same bits, and nothing is measured here; a caller who
+   declines, and one who fails. */
+static void asks_other_machines(void **state)
+{
+    struct srnf_register_options options = quick();
+    struct srnf_neighbours here, there, declined;
+    struct elsewhere elsewhere = {.answer = SRNF_OK};
+    struct attempt attempt = {.measured = 0};
+    struct srnf_context context = {.user = &elsewhere, .measure = measure};
+    struct group g;
+
+    (void)state;
+    open_shapes(&g);
+    assert_int_equal(srnf_nearest_neighbours(g.sht, N, g.surfaces, 2, &options,
+                                             &(struct srnf_context){.user = &attempt, .keep = keep},
+                                             &here, NULL),
+                     SRNF_OK);
+    assert_int_equal(
+        srnf_nearest_neighbours(g.sht, N, g.surfaces, 2, &options, &context, &there, NULL),
+        SRNF_OK);
+    assert_true(elsewhere.asked > 0);
+    assert_int_equal(elsewhere.measured, here.registered);
+    assert_int_equal(there.registered, here.registered);
+    assert_memory_equal(here.indices, there.indices, 2 * N * sizeof(size_t));
+    assert_memory_equal(here.distances, there.distances, 2 * N * sizeof(double));
+    elsewhere.answer = SRNF_SEARCH_HERE;
+    assert_int_equal(
+        srnf_nearest_neighbours(g.sht, N, g.surfaces, 2, &options, &context, &declined, NULL),
+        SRNF_OK);
+    assert_memory_equal(here.distances, declined.distances, 2 * N * sizeof(double));
+    srnf_neighbours_clear(&declined);
+    elsewhere.answer = SRNF_ECANCELED;
+    assert_int_equal(
+        srnf_nearest_neighbours(g.sht, N, g.surfaces, 2, &options, &context, &declined, NULL),
+        SRNF_ECANCELED);
+    assert_null(declined.distances);
+    srnf_neighbours_clear(&here);
+    srnf_neighbours_clear(&there);
+    group_close(&g);
+}
+
 static void refuses_what_it_cannot(void **state)
 {
     struct srnf_register_options options = quick();
@@ -230,9 +299,8 @@ static void refuses_what_it_cannot(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(are_those_of_all_distances),
-        cmocka_unit_test(the_bound_is_one),
-        cmocka_unit_test(goes_on_from_what_was_measured),
+        cmocka_unit_test(are_those_of_all_distances),     cmocka_unit_test(the_bound_is_one),
+        cmocka_unit_test(goes_on_from_what_was_measured), cmocka_unit_test(asks_other_machines),
         cmocka_unit_test(refuses_what_it_cannot),
     };
 

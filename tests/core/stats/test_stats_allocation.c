@@ -49,6 +49,29 @@ static int run_neighbours(void)
     return status;
 }
 
+static int measure_nothing(void *user, const struct srnf_pair_search *pairs,
+                           struct srnf_error *error)
+{
+    (void)user;
+    (void)error;
+    memset(pairs->distances, 0, pairs->count * sizeof(double));
+    return SRNF_OK;
+}
+
+static int run_neighbours_elsewhere(void)
+{
+    const struct srnf_context context = {.measure = measure_nothing};
+    struct srnf_neighbours neighbours;
+    int status = srnf_nearest_neighbours(g.sht, 2, g.surfaces, 1, &registration, &context,
+                                         &neighbours, NULL);
+
+    if (status >= 0) {
+        srnf_neighbours_clear(&neighbours);
+    }
+    assert_null(neighbours.indices);
+    return status;
+}
+
 static void ignore(void *user, const void *bytes, size_t size)
 {
     (void)user;
@@ -282,12 +305,12 @@ static int run_map(void)
 static int run_pairs(void)
 {
     static const double sizes[5] = {1.0, 1.0, 1.0, 1.0, 1.0};
-    const struct srnf_pairs pairs = {.n = 5,
-                                     .mean = g.f[0],
-                                     .first_q = compared,
-                                     .second_q = compared + 3 * g.points,
-                                     .first_size = sizes,
-                                     .second_size = sizes};
+    const struct srnf_pair_search pairs = {.n = 5,
+                                           .mean = g.f[0],
+                                           .first_q = compared,
+                                           .second_q = compared + 3 * g.points,
+                                           .first_size = sizes,
+                                           .second_size = sizes};
     struct srnf_paired_options options = srnf_paired_options_defaults();
     struct srnf_paired paired = {0};
     int status;
@@ -482,6 +505,7 @@ static void distances_survive(void **state)
     refusing_sweep("distances", run_distances, EACH, 1);
     refusing_sweep("a registered distance", run_registered_distance, EACH, 11);
     refusing_sweep("nearest neighbours", run_neighbours, FIGURES_SLOW ? 20 : 60, 29);
+    refusing_sweep("nearest neighbours, measured elsewhere", run_neighbours_elsewhere, EACH, 29);
 }
 
 static void mean_survives(void **state)
