@@ -136,20 +136,39 @@ static void count_classes(struct classify_fold *fold)
     }
 }
 
+/* The first training member of a class. */
+static const double *first_of(const struct classify_fold *fold, size_t c)
+{
+    size_t i = 0;
+
+    while (i + 1 < fold->n && (fold->labels[i] != c || fold->subjects->of[i] == fold->left_out)) {
+        i++;
+    }
+    return fold->x + i * fold->d;
+}
+
+/* Those of numbers beside shape are taken about a member: one that is the same in a whole class has
+   no scatter then, where that of rounding would pass for a precise measurement. */
 static void find_means(struct classify_fold *fold)
 {
     size_t d = fold->d;
 
     memset(fold->mean, 0, fold->classes * d * sizeof(double));
-    for (size_t i = 0; i < fold->n; i++) {
-        size_t c = fold->labels[i];
+    for (size_t c = 0; c < fold->classes; c++) {
+        const double *about = first_of(fold, c);
+        double *mean = fold->mean + c * d;
 
-        for (size_t k = 0; k < d && fold->subjects->of[i] != fold->left_out; k++) {
-            fold->mean[c * d + k] += fold->x[i * d + k];
+        for (size_t i = 0; i < fold->n; i++) {
+            const double *x = fold->x + i * d;
+            bool own = fold->labels[i] == c && fold->subjects->of[i] != fold->left_out;
+
+            for (size_t k = 0; own && k < d; k++) {
+                mean[k] += k < fold->offset ? x[k] - about[k] : x[k];
+            }
         }
-    }
-    for (size_t k = 0; k < fold->classes * d; k++) {
-        fold->mean[k] /= fold->class[k / d].members;
+        for (size_t k = 0; k < d; k++) {
+            mean[k] = mean[k] / fold->class[c].members + (k < fold->offset ? about[k] : 0.0);
+        }
     }
 }
 

@@ -12,20 +12,27 @@
 #include <math.h>
 #include <string.h>
 
-/* rms difference of z between two members of all but one subject: twice the variance. stride: of
-   the numbers of consecutive members. */
+/* rms difference of z between two members of all but one subject: twice the variance. Taken about
+   the first of them: where z is the same in all it is 0, to the last bit. stride: of the numbers of
+   consecutive members. */
 static double size_spread(const struct subjects *subjects, size_t left_out, const double *z,
                           size_t stride)
 {
     size_t t = subjects->n - subjects->size[left_out];
+    size_t first = 0;
     double mean = 0.0;
     double sum = 0.0;
 
-    for (size_t i = 0; i < subjects->n; i++) {
-        mean += subjects->of[i] == left_out ? 0.0 : z[i * stride] / (double)t;
+    while (subjects->of[first] == left_out) {
+        first++;
     }
     for (size_t i = 0; i < subjects->n; i++) {
-        double d = z[i * stride] - mean;
+        double d = z[i * stride] - z[first * stride];
+
+        mean += subjects->of[i] == left_out ? 0.0 : d / (double)t;
+    }
+    for (size_t i = 0; i < subjects->n; i++) {
+        double d = z[i * stride] - z[first * stride] - mean;
 
         sum += subjects->of[i] == left_out ? 0.0 : d * d;
     }

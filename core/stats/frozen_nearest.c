@@ -12,10 +12,12 @@
  */
 #include "frozen.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #define NOBODY SIZE_MAX
+#define ROUNDING 8.0 /* times epsilon and members: what a sum is off by when some are taken out */
 
 struct sums {
     size_t n, count;
@@ -34,6 +36,7 @@ static int sums_open(struct sums *s, const struct subjects *subjects, const doub
 {
     size_t n = subjects->n;
     size_t count = numbers->count;
+    size_t about = 0; /* what is the same in all leaves no rounding beside a training member */
 
     *s = (struct sums){.n = n, .count = count, .subjects = subjects, .products = products};
     s->rows = srnf_alloc(n + (n + 2) * count, sizeof(double));
@@ -43,6 +46,9 @@ static int sums_open(struct sums *s, const struct subjects *subjects, const doub
     s->z = s->rows + n;
     s->sum = s->z + n * count;
     s->squares = s->sum + count;
+    while (subjects->of[about] == left_out) {
+        about++;
+    }
     for (size_t i = 0; i < n; i++) {
         bool out = subjects->of[i] == left_out;
 
@@ -53,14 +59,15 @@ static int sums_open(struct sums *s, const struct subjects *subjects, const doub
         s->trace += out ? 0.0 : products[i * n + i];
         s->whole += out ? 0.0 : s->rows[i];
         for (size_t k = 0; k < count && !out; k++) {
-            s->sum[k] += numbers->values[i * count + k];
+            s->sum[k] += numbers->values[i * count + k] - numbers->values[about * count + k];
         }
     }
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k < count; k++) {
             double *z = &s->z[i * count + k];
 
-            *z = numbers->values[i * count + k] - s->sum[k] / s->members;
+            *z = numbers->values[i * count + k] - numbers->values[about * count + k] -
+                 s->sum[k] / s->members;
             s->squares[k] += subjects->of[i] == left_out ? 0.0 : *z * *z;
         }
     }
@@ -97,6 +104,7 @@ static void factors_without(const struct sums *s, size_t subject, double weight,
     for (size_t k = 0; k < s->count; k++) {
         double sum = s->sum[k];
         double squares = s->squares[k];
+        double least = ROUNDING * DBL_EPSILON * s->members * squares;
 
         for (size_t a = first; a < end; a++) {
             double z = s->z[all->members[a] * s->count + k];
@@ -105,7 +113,7 @@ static void factors_without(const struct sums *s, size_t subject, double weight,
             squares -= z * z;
         }
         squares -= sum * sum / members;
-        factors[k] = squares > 0.0 ? weight * sqrt(spread / squares) : 0.0;
+        factors[k] = squares > least ? weight * sqrt(spread / squares) : 0.0;
     }
 }
 

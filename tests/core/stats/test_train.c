@@ -4,7 +4,9 @@
  *
  * srnfd-test: slow
  */
-#include "group.h"
+#include "classes.h"
+
+#include "stats/frozen.h"
 
 #define CLASS ((size_t)6)
 #define N (2 * CLASS)
@@ -279,6 +281,86 @@ static void numbers_are_nested_too(void **state)
     group_close(&g);
 }
 
+/* Without the one member that has another value a number is the same in all, and says nothing of
+   that member: rounding of it must not either. */
+static void a_number_of_one_member_alone_in_folds(void **state)
+{
+    static const double others[] = {1.0, 0.1, 1.0 / 3.0};
+    const size_t odd = 3;
+    struct srnf_classify_options options = srnf_classify_options_defaults();
+    struct srnf_classification with, without;
+    double numbers[N];
+    struct srnf_folds c;
+
+    (void)state;
+    classes_two(N, CLASS, labels);
+    c = classes_open(N, 4, 0.5, labels, 9);
+    assert_int_equal(srnf_classify_nearest(&c, labels, 2, &options, NULL, &without, NULL), SRNF_OK);
+    options.features = numbers;
+    options.n_features = 1;
+    for (size_t t = 0; t < sizeof others / sizeof others[0]; t++) {
+        for (size_t i = 0; i < N; i++) {
+            numbers[i] = i == odd ? 0.0 : others[t];
+        }
+        assert_int_equal(srnf_classify_nearest(&c, labels, 2, &options, NULL, &with, NULL),
+                         SRNF_OK);
+        assert_memory_equal(with.evidence + 2 * odd, without.evidence + 2 * odd,
+                            2 * sizeof(double));
+        assert_int_equal(with.predicted[odd], without.predicted[odd]);
+        srnf_classification_clear(&with);
+        assert_int_equal(srnf_classify_gauss(&c, labels, 2, &options, NULL, &with, NULL),
+                         SRNF_ENUMERIC);
+    }
+    srnf_classification_clear(&without);
+    classes_clear(&c);
+}
+
+/* Minus distances to the nearest of each class, of members with one number or none. */
+static void judge_nearest(const double *products, const double *numbers, size_t left_out,
+                          double evidence[2 * N])
+{
+    const struct frozen_numbers beside = {numbers != NULL, numbers, 1.0};
+    struct subjects subjects;
+
+    assert_int_equal(subjects_open(&subjects, N, NULL, NULL), SRNF_OK);
+    assert_int_equal(
+        frozen_judge_nearest(&subjects, products, &beside, labels, 2, left_out, evidence), SRNF_OK);
+    subjects_clear(&subjects);
+}
+
+/* A number that one member alone has otherwise says nothing of it, nor of the others without it. */
+static void a_number_of_one_member_alone(void **state)
+{
+    static const double others[] = {1.0, 0.1, 1.0 / 3.0, 1e6 / 3.0};
+    const size_t odd = 5;
+    struct test_random random = test_random_seed(3);
+    double points[N][3], products[N * N], numbers[N], with[2 * N], without[2 * N];
+    (void)state;
+
+    for (size_t i = 0; i < N; i++) {
+        labels[i] = i >= CLASS;
+        for (size_t k = 0; k < 3; k++) {
+            points[i][k] = test_random_normal(&random);
+        }
+        for (size_t j = 0; j <= i; j++) {
+            products[i * N + j] = products[j * N + i] =
+                1.0 + 0.01 * (points[i][0] * points[j][0] + points[i][1] * points[j][1] +
+                              points[i][2] * points[j][2]);
+        }
+    }
+    for (size_t t = 0; t < sizeof others / sizeof others[0]; t++) {
+        for (size_t i = 0; i < N; i++) {
+            numbers[i] = i == odd ? 0.0 : others[t];
+        }
+        judge_nearest(products, NULL, SIZE_MAX, without);
+        judge_nearest(products, numbers, SIZE_MAX, with);
+        assert_true(compare_difference(2, with + 2 * odd, without + 2 * odd) < 1e-12);
+        judge_nearest(products, NULL, odd, without);
+        judge_nearest(products, numbers, odd, with);
+        assert_true(compare_difference(2 * odd, with, without) < 1e-12);
+    }
+}
+
 /* ---- Several structures ---------------------------------------------------------------------- */
 
 static const double part_weights[2] = {1.0, 3.0};
@@ -548,10 +630,16 @@ static void refuses_to_predict(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(is_kept_and_asked),           cmocka_unit_test(numbers_count_beside_shape),
-        cmocka_unit_test(numbers_are_nested_too),      cmocka_unit_test(nested_means_nested),
-        cmocka_unit_test(several_structures_together), cmocka_unit_test(parts_are_nested_too),
-        cmocka_unit_test(weights_are_of_squares),      cmocka_unit_test(refuses),
+        cmocka_unit_test(is_kept_and_asked),
+        cmocka_unit_test(numbers_count_beside_shape),
+        cmocka_unit_test(numbers_are_nested_too),
+        cmocka_unit_test(nested_means_nested),
+        cmocka_unit_test(a_number_of_one_member_alone),
+        cmocka_unit_test(a_number_of_one_member_alone_in_folds),
+        cmocka_unit_test(several_structures_together),
+        cmocka_unit_test(parts_are_nested_too),
+        cmocka_unit_test(weights_are_of_squares),
+        cmocka_unit_test(refuses),
         cmocka_unit_test(refuses_to_predict),
     };
 
