@@ -167,13 +167,14 @@ static void write_value(FILE *out, const json_t *value)
 
 static const char *const columns[] = {"id", "label", "subject", "time", "side", "mirror"};
 #define COLUMNS (sizeof columns / sizeof columns[0])
+#define SUBJECT_TOO "participant_id" /* what study_table.c reads as the subject as well */
 
 /* The head of a covariate's column. One that is called as another column is, or has no name, is
    told apart: readers of CSV would take the second of two columns for the first. */
 static void write_head(FILE *out, const char *name)
 {
     char text[4 * COHORT_TEXT_MAX + 16];
-    bool taken = !*name;
+    bool taken = !*name || strcasecmp(name, SUBJECT_TOO) == 0;
 
     for (size_t i = 0; i < COLUMNS; i++) {
         taken = taken || strcasecmp(name, columns[i]) == 0;

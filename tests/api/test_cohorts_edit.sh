@@ -83,10 +83,10 @@ request PUT /v1/cohorts/renamed/members --header 'Content-Type: text/csv' --data
 is "$STATUS $(json '.members[0] | [.label, .side, .covariates] | tojson')" '200 ["d, e","left",{"age":41}]' \
     'and go back as CSV'
 TAG=$(header ETag)
-post_json /v1/cohorts "{\"name\":\"twice\",\"members\":[{\"id\":\"${IDS[0]}\",\"label\":\"real\",\"covariates\":{\"Label\":\"other\",\"\":1}}]}"
+post_json /v1/cohorts "{\"name\":\"twice\",\"members\":[{\"id\":\"${IDS[0]}\",\"label\":\"real\",\"covariates\":{\"Label\":\"other\",\"\":1,\"participant_id\":\"p1\"}}]}"
 get '/v1/cohorts/twice/members?format=csv'
 is "$(tr -d '\r' <"$BODY" | paste -sd '|')" \
-    "id,label,subject,time,side,mirror,covariate ,covariate Label|${IDS[0]},real,,,,false,1,other" \
+    "id,label,subject,time,side,mirror,covariate ,covariate Label,covariate participant_id|${IDS[0]},real,,,,false,1,other,p1" \
     'a covariate that is called as a column is told apart from it'
 cp "$BODY" "$SCRATCH/twice.csv"
 request PUT /v1/cohorts/twice/members --header 'Content-Type: text/csv' --data-binary "@$SCRATCH/twice.csv"
