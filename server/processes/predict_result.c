@@ -73,9 +73,27 @@ static json_t *warnings_of_one(const struct kept *kept, const struct predict_ans
     return warnings;
 }
 
+/* Another scan of a subject that it was trained on is no other subject. */
+static void warn_twin(const struct kept *kept, const struct predict_answer *answer, double quartile,
+                      size_t i, const char *name, json_t *warnings)
+{
+    double nearest = answer->predictions[i].nearest;
+
+    if (!answer->trained[i] && typicality_is_twin(&kept->model, quartile, nearest)) {
+        warning_add(warnings, "near-duplicates",
+                    json_pack("{s:I, s:f, s:f}", "index", (json_int_t)i, "nearest", nearest,
+                              "quartile", quartile),
+                    "%s %zu (%.60s) is far nearer to one that the classifier was trained on than "
+                    "these are to each other: %.3g, where three quarters of their pairs are %.3g "
+                    "and more apart. Is it another scan of that subject? Then that it is told says "
+                    "nothing of others, and the assessment that counts it is too good.",
+                    predict_what(kept), i, name, nearest, quartile);
+    }
+}
+
 static json_t *prediction_json(const struct group_input *group, const struct kept *kept,
                                const struct predict_answer *answer, const json_t *subjects,
-                               size_t i)
+                               double quartile, size_t i)
 {
     bool gauss = kept->classifier.gauss;
     const char *name = json_string_value(json_array_get(subjects, i));
@@ -84,6 +102,7 @@ static json_t *prediction_json(const struct group_input *group, const struct kep
            *warnings = warnings_of_one(kept, answer, i, name ? name : "");
     json_t *numbers = predict_numbers_json(kept, answer->numbers, i, name ? name : "", warnings);
 
+    warn_twin(kept, answer, quartile, i, name ? name : "", warnings);
     for (size_t c = 0; c < kept->classes; c++) {
         double value = answer->evidence[i * kept->classes + c];
 
@@ -175,12 +194,14 @@ json_t *predict_document(struct jobs_run *run, const struct group_input *group,
         group_subjects(run, group->surfaces, json_object_get(group->cohort, "subjects"));
     json_t *predictions = json_array(), *classes = json_array(), *assessment = NULL;
     json_t *document, *sides;
+    double quartile = typicality_quartile(&kept->model);
 
     for (size_t c = 0; c < kept->classes; c++) {
         (void)json_array_append_new(classes, json_string(kept->names[c]));
     }
     for (size_t i = 0; i < group->n; i++) {
-        (void)json_array_append_new(predictions, prediction_json(group, kept, answer, subjects, i));
+        (void)json_array_append_new(predictions,
+                                    prediction_json(group, kept, answer, subjects, quartile, i));
     }
     json_decref(subjects);
     if (!assess(group, kept, answer, &assessment)) {

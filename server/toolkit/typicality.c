@@ -182,37 +182,56 @@ static double dimension_of(size_t components, const double *eigenvalues)
     return squares > 0.0 ? sum * sum / squares : 1.0;
 }
 
-void typicality_warn_twin(json_t *warnings, const struct compute_model *model, const double *scores,
-                          double residual)
+double typicality_quartile(const struct compute_model *model)
 {
     const struct srnf_pca *pca = &model->pca;
-    size_t n = pca->n, nearest = 0, count = 0;
-    size_t paired = n < TWIN_PAIRED_MAX ? n : TWIN_PAIRED_MAX;
-    double *pairs = n >= TWIN_MEMBERS_MIN ? srnf_alloc(paired, paired * sizeof *pairs) : NULL;
-    double least = INFINITY, quartile;
+    size_t count = 0, paired = pca->n < TWIN_PAIRED_MAX ? pca->n : TWIN_PAIRED_MAX;
+    double *pairs = pca->n >= TWIN_MEMBERS_MIN ? srnf_alloc(paired, paired * sizeof *pairs) : NULL;
+    double quartile = 0.0;
 
     if (!pairs) {
-        if (n >= TWIN_MEMBERS_MIN) {
+        if (pca->n >= TWIN_MEMBERS_MIN) {
             json_memory_fail(); /* a warning may be missing */
         }
-        return;
+        return 0.0;
     }
-    for (size_t i = 0; i < n; i++) {
-        const double *own = pca->scores + i * pca->components;
-        double d = distance_of(pca->components, scores, own, residual);
-
-        nearest = d < least ? i : nearest;
-        least = fmin(least, d);
-        for (size_t j = 0; j < i && i < paired; j++) {
-            pairs[count++] =
-                distance_of(pca->components, own, pca->scores + j * pca->components, 0.0);
+    for (size_t i = 0; i < paired; i++) {
+        for (size_t j = 0; j < i; j++) {
+            pairs[count++] = distance_of(pca->components, pca->scores + i * pca->components,
+                                         pca->scores + j * pca->components, 0.0);
         }
     }
     (void)sorted_median(count, pairs);
     quartile = pairs[count / 4];
-    if (least < SRNF_TWINS_SHARE * quartile &&
-        0.25 * (double)n * pow(least / quartile, dimension_of(pca->components, pca->eigenvalues)) <
-            TWIN_CHANCE) {
+    srnf_free(pairs);
+    return quartile;
+}
+
+bool typicality_is_twin(const struct compute_model *model, double quartile, double least)
+{
+    const struct srnf_pca *pca = &model->pca;
+
+    return least < SRNF_TWINS_SHARE * quartile &&
+           0.25 * (double)pca->n *
+                   pow(least / quartile, dimension_of(pca->components, pca->eigenvalues)) <
+               TWIN_CHANCE;
+}
+
+void typicality_warn_twin(json_t *warnings, const struct compute_model *model, const double *scores,
+                          double residual)
+{
+    const struct srnf_pca *pca = &model->pca;
+    double least = INFINITY, quartile = typicality_quartile(model);
+    size_t nearest = 0;
+
+    for (size_t i = 0; i < pca->n; i++) {
+        double d =
+            distance_of(pca->components, scores, pca->scores + i * pca->components, residual);
+
+        nearest = d < least ? i : nearest;
+        least = fmin(least, d);
+    }
+    if (typicality_is_twin(model, quartile, least)) {
         warning_add(warnings, "near-duplicates",
                     json_pack("{s:I, s:f, s:f}", "member", (json_int_t)nearest, "nearest", least,
                               "quartile", quartile),
@@ -222,7 +241,6 @@ void typicality_warn_twin(json_t *warnings, const struct compute_model *model, c
                     "than what it was made from.",
                     nearest, least, quartile);
     }
-    srnf_free(pairs);
 }
 
 /* ---- Groups ---------------------------------------------------------------------------------- */

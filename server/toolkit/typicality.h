@@ -21,6 +21,11 @@ void typicality_set_projection(json_t *document, const struct compute_projection
 void typicality_warn_projection(json_t *document, const struct compute_projection *projection,
                                 bool expected);
 
+/* A quarter of the pairs of the model's members are no further apart than that; 0 of few members,
+   which have no twin. */
+double typicality_quartile(const struct compute_model *model);
+/* Whether what is so near to a member is most likely another scan of its subject. */
+bool typicality_is_twin(const struct compute_model *model, double quartile, double least);
 /* The warning near-duplicates where a surface that is no member of the model is far nearer to one
    than members are to each other: another scan of that subject, most likely. */
 void typicality_warn_twin(json_t *warnings, const struct compute_model *model, const double *scores,

@@ -98,6 +98,12 @@ is "$(json '.predictions[2].typicality.nearest.percentile')" 100 'further from a
 is "$(json '[.warnings[].code] | map(select(. == "far-from-model" or . == "training-subject")) | sort | tojson')" \
     '["far-from-model","training-subject"]' 'the result warns of both'
 
+is "$(jq -c '[.warnings[]?.code | select(. == "near-duplicates")]' "$SCRATCH/other.json")" '[]' 'new subjects are next to none'
+post_json /v1/surfaces "$(shape 0 round | jq -c '.coefficients.z[2] += 0.001')"
+execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"${SURFACES[15]}\",\"$(json .id)\"]}" -H "$WAIT"
+is "$STATUS $(json '[.predictions[].trainingSubject] | tojson') $(json '[.warnings[] | select(.code == "near-duplicates") | .figures.index] | tojson')" \
+    '200 [false,false] [1]' 'another scan of one that it was trained on is told of'
+
 post_json /v1/surfaces "$(shape 12 round | jq -c '.coefficients |= (.lmax = 5 | [range(11) | 0] as $no | .x += $no | .y += $no | .z += $no)')"
 execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$(json .id)\"]}" -H "$WAIT"
 is "$STATUS $(json '[.warnings[].code] | index("mixed-degrees")')" '200 null' 'what is finer than the classifier is cut off, of which nothing need be said'
