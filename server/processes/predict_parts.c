@@ -4,7 +4,7 @@
  *
  * In canonical form surfaces has the members part after part, in the order of the model's parts,
  * and within a part subject after subject, in both cases. A cohort has subjectLabels beside its
- * labels.
+ * labels, and in parts the names of these.
  */
 #include "processes/predict.h"
 
@@ -206,6 +206,7 @@ static bool sort_cohort(struct process_inputs *given, const json_t *names)
     pca_parts_sort(given, names);
     (void)json_object_set(given->canonical, "surfaces", json_object_get(cohort, "surfaces"));
     (void)json_object_del(cohort, "surfaces");
+    (void)json_object_set_new(cohort, "parts", json_copy((json_t *)(uintptr_t)names));
     if (given->answered || given->list->errors) {
         return false;
     }

@@ -104,29 +104,60 @@ static void tally_transfer(struct size_tally *tally, const json_t *inputs)
     }
 }
 
+/* part: of several structures the name of the one that was counted; NULL: all there is. */
+static void tell_apart(const struct size_tally *tally, const json_t *part, json_t *document)
+{
+    const char *name = json_string_value(part);
+
+    if (tally->n < 2 || tally->size[1] < UNITS_FACTOR * tally->size[0]) {
+        return;
+    }
+    warning_add(warnings_of(document), "mixed-units",
+                json_pack("{s:o, s:s, s:o, s:s, s:s*}", "least", json_finite(tally->size[0]),
+                          "smallest", tally->id[0], "greatest", json_finite(tally->size[1]),
+                          "largest", tally->id[1], "part", name),
+                "%s%.60s%sizes count here, and %s is %.3g times as large as %s (roots of their "
+                "areas: %.4g and %.4g). Are the files in one unit, and not some in millimetres and "
+                "others in metres?",
+                name ? "Part " : "", name ? name : "", name ? ": s" : "S", tally->id[1],
+                tally->size[1] / tally->size[0], tally->id[0], tally->size[1], tally->size[0]);
+}
+
+/* Each structure of a cohort by itself: its size is a number of its own. */
+static void tell_parts(struct store *store, const json_t *cohort, json_t *document)
+{
+    const json_t *ids = json_object_get(cohort, "surfaces"), *part;
+    const json_t *parts = json_object_get(cohort, "parts");
+    size_t n = json_array_size(ids) / json_array_size(parts), p;
+
+    json_array_foreach(parts, p, part)
+    {
+        struct size_tally tally = {.store = store};
+
+        for (size_t i = 0; i < n; i++) {
+            tally_size(&tally, json_string_value(json_array_get(ids, p * n + i)), NULL);
+        }
+        tell_apart(&tally, part, document);
+    }
+}
+
 /* Whether sizes count, and then that they are far apart. */
 static bool warn_counted(struct store *store, const json_t *inputs, json_t *document)
 {
-    struct size_tally tally = {.store = store};
+    const json_t *cohort = json_object_get(inputs, "cohort");
     const char *scale = json_string_value(json_object_get(inputs, "scale"));
+    struct size_tally tally = {.store = store};
 
     if (json_object_get(inputs, "deformed")) {
         tally_transfer(&tally, inputs);
-    } else if (scale && strcmp(scale, "shape-and-size") == 0) {
-        inputs_each(inputs, true, tally_size, &tally);
-    } else {
+    } else if (!scale || strcmp(scale, "shape-and-size") != 0) {
         return false;
+    } else if (json_array_size(json_object_get(cohort, "parts")) > 0) {
+        tell_parts(store, cohort, document);
+    } else {
+        inputs_each(inputs, true, tally_size, &tally);
     }
-    if (tally.n >= 2 && tally.size[1] >= UNITS_FACTOR * tally.size[0]) {
-        warning_add(
-            warnings_of(document), "mixed-units",
-            json_pack("{s:o, s:s, s:o, s:s}", "least", json_finite(tally.size[0]), "smallest",
-                      tally.id[0], "greatest", json_finite(tally.size[1]), "largest", tally.id[1]),
-            "Sizes count here, and %s is %.3g times as large as %s (roots of their areas: %.4g "
-            "and %.4g). Are the files in one unit, and not some in millimetres and others in "
-            "metres?",
-            tally.id[1], tally.size[1] / tally.size[0], tally.id[0], tally.size[1], tally.size[0]);
-    }
+    tell_apart(&tally, NULL, document);
     return true;
 }
 
@@ -317,11 +348,34 @@ static bool read_sizes(struct sizes *s)
     return true;
 }
 
+/* The names of the structures that surfaces are of, part after part (new reference): those of the
+   cohort, or of the subjects that predict is given one by one; empty: it is one structure. */
+static json_t *parts_of(const json_t *inputs, const json_t *surfaces)
+{
+    json_t *names = json_object_get(json_object_get(inputs, "cohort"), "parts");
+    json_t *first = json_array_get(json_object_get(inputs, "parts"), 0), *id;
+    size_t count = json_object_size(first);
+    const char *name;
+
+    names = names ? json_incref(names) : json_array();
+    for (size_t p = 0; p < count; p++) {
+        const json_t *own = json_array_get(surfaces, p * (json_array_size(surfaces) / count));
+
+        json_object_foreach(first, name, id)
+        {
+            if (json_equal(id, own) && json_array_size(names) == p) {
+                (void)json_array_append_new(names, json_string(name));
+            }
+        }
+    }
+    return names;
+}
+
 void units_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
 {
-    const json_t *cohort = json_object_get(inputs, "cohort");
-    const json_t *surfaces = json_object_get(cohort, "surfaces");
-    struct sizes s = {.store = jobs_run_store(run), .parts = json_object_get(cohort, "parts")};
+    const json_t *surfaces = json_object_get(json_object_get(inputs, "cohort"), "surfaces");
+    struct sizes s = {.store = jobs_run_store(run)};
+    json_t *parts;
     size_t n_parts;
 
     if (warn_counted(s.store, inputs, document)) {
@@ -330,6 +384,7 @@ void units_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
     warn_beside(s.store, inputs, document);
     s.ids = surfaces ? surfaces : json_object_get(inputs, "surfaces");
     s.n = json_array_size(s.ids);
+    s.parts = parts = parts_of(inputs, s.ids);
     n_parts = json_array_size(s.parts) ? json_array_size(s.parts) : 1;
     if (s.n > 1 && s.n % n_parts == 0 && read_sizes(&s)) {
         for (size_t p = 0; p < n_parts; p++) {
@@ -339,5 +394,6 @@ void units_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
             warn_structures(&s, n_parts, s.n / n_parts, document);
         }
     }
+    json_decref(parts);
     srnf_free(s.values);
 }

@@ -2,7 +2,8 @@
  * sizes.h - sizes that surfaces had in their files, roots of areas: doubts that some are in another
  * unit, or of another structure, than the rest.
  *
- * Where sizes count (shape-and-size, transfer) any two that are ten times apart are told of.
+ * Where sizes count (shape-and-size, transfer) any two that are ten times apart are told of, of
+ * several structures each by itself.
  * Elsewhere a group is told of only where it falls into two classes of sizes, one of three members
  * or more, that are four times apart at least and further than either is wide: a body that varies
  * a lot is no such group, and millimetres beside centimetres are. Surfaces that were sent in have

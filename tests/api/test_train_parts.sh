@@ -149,6 +149,33 @@ is "$STATUS $(json '.predictions[0].probabilities | tojson')" "200 $(told s15 .p
 is "$(json '[.predictions[] | [.warnings[] | select(.code == "extrapolated" and .figures.covariate == "age").figures.value]] | tojson')" \
     '[[],[99]]' 'and told where they are beyond those'
 
+# ---- Sizes in other units ------------------------------------------------------------------------------
+
+# Meshes of six subjects, whose second part is twenty times as large as their first; of one a hundred times that.
+scaled() { # SUBJECT PART FACTOR: the id of a mesh
+    get "/v1/surfaces/$(parts_of "$1" | jq -r ".$2")/mesh?format=obj"
+    awk -v by="$3" '/^v / {printf "v %.9g %.9g %.9g\n", by * $2, by * $3, by * $4; next} /^f/' "$BODY" >"$SCRATCH/scaled.obj"
+    post '/v1/meshes?format=obj' --data-binary "@$SCRATCH/scaled.obj"
+    json .id
+}
+for SUBJECT in 12 13 14 15 16 17; do
+    printf '{"first":"%s","second":"%s"}\n' "$(scaled "s$SUBJECT" first 1)" \
+        "$(scaled "s$SUBJECT" second "$([ "$SUBJECT" = 15 ] && echo 2000 || echo 20)")"
+done >"$SCRATCH/scaled.jsonl"
+sized() { # NAME HOW-MANY: a cohort of them
+    post_json /v1/cohorts "$(jq -sc --arg name "$1" --argjson n "$2" '{name: $name, members: [to_entries[:$n][] | .key as $s | .value | to_entries[] |
+        {id: .value, subject: "t\($s)", label: (if $s % 2 == 0 then "low" else "high" end), covariates: {part: .key}}]}' "$SCRATCH/scaled.jsonl")"
+}
+UNITS='[.warnings[] | select(.code == "mixed-units") | .figures | [.part, .members]] | tojson'
+predict "$MODEL" "\"handedness\":\"ignore\",\"parts\":$(jq -sc '.[:4]' "$SCRATCH/scaled.jsonl")"
+is "$STATUS $(json "$UNITS")" '200 [["second",[3]]]' 'sizes are held against those of the same part'
+sized four 4
+predict "$MODEL" '"handedness":"ignore","cohort":"four"'
+is "$STATUS $(json "$UNITS")" '200 [["second",[3]]]' 'as in a cohort'
+sized six 6
+run classify-parts '{"cohort":"six","commonPose":true,"method":"srnf-nn","scale":"shape-and-size","lmax":4}'
+is "$STATUS $(json "$UNITS")" '200 [["second",null]]' 'and where they count'
+
 # ---- The model -----------------------------------------------------------------------------------------
 
 get "/v1/models/$MODEL"
