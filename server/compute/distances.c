@@ -1,9 +1,9 @@
 /*
  * distances.c - distances of a group, and how they are cut into tasks.
  *
- * Pairs are numbered as the entries above the diagonal, column by column, or come as a list; a task is a block of
- * consecutive ones that is estimated to take a second (compute/seconds.h). The matrix is filled
- * from the results in any order: each entry belongs to one pair.
+ * Pairs are numbered as the entries above the diagonal, column by column, or come as a list; a task
+ * is a block of consecutive ones that is estimated to take a second (compute/seconds.h). The matrix
+ * is filled from the results in any order: each entry belongs to one pair.
  */
 #include "compute/distances.h"
 
