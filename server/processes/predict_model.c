@@ -67,6 +67,17 @@ static bool read_numbers(const json_t *value, size_t count, double **numbers)
     return *numbers && flatten(value, count, 0, *numbers) == count;
 }
 
+/* Shares that are divided by: with one of 0 no probability is a number. */
+static bool read_shares(const json_t *value, size_t count, double **shares)
+{
+    bool good = read_numbers(value, count, shares);
+
+    for (size_t k = 0; good && k < count; k++) {
+        good = (*shares)[k] > 0.0;
+    }
+    return good;
+}
+
 static bool read_names(const json_t *classifier, struct kept *kept)
 {
     const json_t *names = json_object_get(classifier, "classes");
@@ -161,7 +172,7 @@ static bool read_classifier(struct kept *kept)
     return platt->slope >= 0.0 &&
            read_numbers(json_object_get(object, "priors"), kept->classes, &classifier->priors) &&
            read_numbers(json_object_get(calibration, "offsets"), kept->classes, &platt->offsets) &&
-           read_numbers(json_object_get(calibration, "targets"), kept->classes, &platt->targets) &&
+           read_shares(json_object_get(calibration, "targets"), kept->classes, &platt->targets) &&
            read_numbers(json_object_get(object, "nearest"), kept->model.pca.n, &kept->nearest) &&
            (!classifier->gauss || read_gaussians(object, classifier));
 }

@@ -269,5 +269,6 @@ damaged "json_set(record, '\$.parts[1].weight', -1)" 0.1 'a weight below 0'
 damaged "json_remove(record, '\$.parts[1].template')" 0.2 'a part without a template'
 damaged "json_set(record, '\$.parts[1].template.surface', '$SMALL')" 0.3 'a template of another degree'
 damaged "json_set(record, '\$.classifier.means', json('[[1]]'))" 0.4 'means of another length'
+damaged "json_set(record, '\$.classifier.calibration.targets[0]', 0)" 0.7 'a calibration that divides by 0'
 damaged "json_set(record, '\$.positions', json('{\"weight\": 1}'))" 0.6 'positions, which a classifier has not'
 done_testing
