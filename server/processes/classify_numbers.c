@@ -17,11 +17,6 @@ void classify_set_covariates(struct process_inputs *given)
     if (!members) {
         return;
     }
-    if (json_array_size(members) != json_array_size(json_object_get(cohort, "surfaces"))) {
-        problem_add(given->list, "/inputs/cohort", "has changed while it was read: send it again");
-        json_decref(members);
-        return;
-    }
     values = covariate_values(given, members, names);
     if (json_array_size(values) == json_array_size(names)) {
         covariates_check(given, names, values);

@@ -182,16 +182,10 @@ static void check_subjects(struct process_inputs *given, const json_t *cohort)
 
 void compare_groups_describe(struct process_inputs *given)
 {
-    json_t *cohort = json_object_get(given->canonical, "cohort"), *members;
-    size_t n = json_array_size(json_object_get(cohort, "surfaces"));
+    json_t *cohort = json_object_get(given->canonical, "cohort");
+    json_t *members = group_stored_members(given);
 
-    members = group_stored_members(given);
-    if (given->answered) {
-        return;
-    }
-    if (json_array_size(members) != n) { /* replaced since it was read, a moment ago */
-        problem_add(given->list, "/inputs/cohort", "has changed while it was read: send it again");
-    } else if (set_groups(given, members, cohort)) {
+    if (set_groups(given, members, cohort)) {
         set_covariates(given, members, cohort);
         check_subjects(given, cohort);
     }

@@ -242,17 +242,7 @@ static void set_pairs(struct pairing *p, size_t lead, const bool *mirrored)
 /* The members as they are stored, with a pairing open; false with the problem noted. */
 static bool begin(struct process_inputs *given, struct pairing *p, json_t **members)
 {
-    const json_t *cohort = json_object_get(given->canonical, "cohort");
-
-    *p = (struct pairing){.given = given};
     *members = group_stored_members(given);
-    if (given->answered) {
-        return false;
-    }
-    if (json_array_size(*members) != json_array_size(json_object_get(cohort, "surfaces"))) {
-        problem_add(given->list, POINTER, "has changed while it was read: send it again");
-        return false;
-    }
     return open_pairing(p, given, *members);
 }
 

@@ -336,10 +336,6 @@ static bool open_sorting(struct sorting *s)
     size_t count, largest;
 
     s->n = json_array_size(s->members);
-    if (s->n != json_array_size(json_object_get(cohort, "surfaces"))) {
-        problem_add(s->given->list, POINTER, "has changed while it was read: send it again");
-        return false;
-    }
     s->of = group_subject_numbers(json_object_get(cohort, "subjects"), s->n, &count, &largest);
     s->part = srnf_alloc(s->n + 1, sizeof *s->part);
     s->place = srnf_alloc(PCA_PARTS_MAX * s->n + 1, sizeof *s->place);

@@ -129,13 +129,8 @@ void regress_describe(struct process_inputs *given)
     if (!formula) {
         json_memory_fail();
     } else if (!given->answered && text && formula_parse(text, formula, problem)) {
-        if (json_array_size(members) != json_array_size(json_object_get(cohort, "surfaces"))) {
-            problem_add(given->list, "/inputs/cohort",
-                        "has changed while it was read: send it again");
-        } else {
-            design_describe(given, formula, members, cohort,
-                            json_object_get(given->canonical, "at"), "/inputs/at/");
-        }
+        design_describe(given, formula, members, cohort, json_object_get(given->canonical, "at"),
+                        "/inputs/at/");
     }
     srnf_free(formula);
     json_decref(members);

@@ -350,13 +350,6 @@ void trajectories_describe(struct process_inputs *given)
     size_t *of = NULL;
     double span[2];
 
-    if (given->answered) {
-        goto out;
-    }
-    if (n != json_array_size(json_object_get(cohort, "surfaces"))) {
-        problem_add(given->list, POINTER, "has changed while it was read: send it again");
-        goto out;
-    }
     of = group_subject_numbers(json_object_get(cohort, "subjects"), n, &count, &largest);
     if (!of) {
         json_memory_fail();
@@ -372,7 +365,6 @@ void trajectories_describe(struct process_inputs *given)
             }
         }
     }
-out:
     srnf_free(of);
     json_decref(ordered);
     json_decref(members);

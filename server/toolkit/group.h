@@ -96,9 +96,9 @@ void group_input_clear(void *member); /* struct group_input */
    judged. */
 bool group_find_cohort(struct process_inputs *inputs, const json_t *value,
                        struct store_cohort *cohort);
-/* The members of the canonical cohort as the store has them, with all that it says of them (new
-   reference; NULL where it is gone by now, or answered). */
-json_t *group_stored_members(struct process_inputs *inputs);
+/* The members of the canonical cohort with all that the store says of them, as they were when its
+   surfaces were read: a change since then is not seen (new reference; NULL without a cohort). */
+json_t *group_stored_members(const struct process_inputs *inputs);
 /* Such a member in words: its place, its id, the name of that and its subject. */
 #define GROUP_MEMBER_TEXT 256
 void group_member_text(struct process_inputs *inputs, const json_t *members, size_t i,

@@ -126,7 +126,8 @@ static void read_cohort(struct process_inputs *inputs, const struct process_inpu
     (void)json_object_set_new(inputs->canonical, "cohort",
                               json_pack("{s:s, s:o, s:o, s:o}", "name", cohort.name, "labels",
                                         labels, "subjects", subjects, "mirrored", mirrored));
-    json_decref(members);
+    json_decref(inputs->members);
+    inputs->members = members;
     store_cohort_clear(&cohort);
 }
 
@@ -192,23 +193,9 @@ void group_read_members(struct process_inputs *inputs, const struct process_inpu
     }
 }
 
-json_t *group_stored_members(struct process_inputs *inputs)
+json_t *group_stored_members(const struct process_inputs *inputs)
 {
-    const json_t *cohort = json_object_get(inputs->canonical, "cohort");
-    const char *name = json_string_value(json_object_get(cohort, "name"));
-    struct store_cohort stored = {.record = NULL};
-    char owner[STORE_OWNER_MAX];
-    json_t *members = NULL;
-
-    if (!name || !cohort_owner(inputs->call, name, true, owner)) {
-        inputs->answered = inputs->answered || name;
-        return NULL;
-    }
-    if (store_cohort_get_as(inputs->call->api->config.store, owner, name, &stored) == 0) {
-        members = cohort_members(&stored);
-    }
-    store_cohort_clear(&stored);
-    return members;
+    return json_incref(inputs->members);
 }
 
 /* The name that the owner gave to a mesh or surface, as that of its file; empty without one. */

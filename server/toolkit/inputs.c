@@ -85,6 +85,8 @@ bool inputs_open(struct process_inputs *inputs, struct api_call *call, const jso
 
 json_t *inputs_canonical(struct process_inputs *inputs)
 {
+    json_decref(inputs->members);
+    inputs->members = NULL;
     if (inputs->answered || inputs->list->errors || !inputs->canonical || !inputs_scales(inputs)) {
         json_decref(inputs->canonical);
         return NULL;

@@ -78,6 +78,7 @@ struct process_inputs {
     bool answered;     /* a problem of its own status (404, 422) is already the response */
     bool shape_only;   /* ids are judged by their form alone, and not looked up */
     long degree;       /* the largest of the surfaces that were looked up */
+    json_t *members;   /* of the cohort, as they were when it was read; NULL without one */
 };
 
 /* ---- Reading (inputs.c). A problem leaves the member out of the canonical inputs. ---- */
