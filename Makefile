@@ -69,13 +69,15 @@ OPT         := $(OPT_$(CONFIG))
 
 # Hot loops over grids are compiled for several instruction sets and chosen at run time (see
 # core/harmonics/simd.h); everything else is built for the baseline of the architecture.
-CFLAGS   = -std=c17 -D_GNU_SOURCE $(WARN) $(OPT) -fno-math-errno -ffp-contract=off -fstack-protector-strong
+# Everything can become part of a shared library, libsrnf.so or that of the tests.
+CFLAGS   = -std=c17 -D_GNU_SOURCE $(WARN) $(OPT) -fno-math-errno -ffp-contract=off -fstack-protector-strong \
+           -fPIC -fno-semantic-interposition
 CPPFLAGS = -Iinclude -Icore -Iserver -Itests -I. -MMD -MP
 # A shared library, so that libraries that are loaded before it can stand in for malloc (tests/crash).
 LD_asan := -shared-libsan -Wl,-rpath,$(shell clang -print-runtime-dir 2>/dev/null)
 LDFLAGS  = $(LD_$(CONFIG)) $(filter -fsanitize=% -fno-sanitize% --coverage,$(subst $(comma)fuzzer-no-link,,$(OPT))) -Wl,-z,relro,-z,now
 comma   := ,
-# Two hundred test programs are linked for each build; gold takes half of the time of ld.
+# More than two hundred test programs are linked for each build; gold takes half of the time of ld.
 GOLD     := $(shell $(CC) -fuse-ld=gold -Wl,--version >/dev/null 2>&1 && echo -fuse-ld=gold)
 CORE_LIBS   = -llapacke -lopenblas -lfftw3 -lfftw3_threads -lglpk -lexpat -lz -lm
 SERVER_LIBS = -lmicrohttpd -lgnutls -ljansson -lsqlite3 -lsodium -lutf8proc -larchive -lcurl -lzstd -lpthread
@@ -101,6 +103,7 @@ compile = $(CC) $(CPPFLAGS) $(CFLAGS) $(if $(filter warnings,$(CONFIG)),-MF $(@:
 obj = $(patsubst %,$(O)/%.o,$(basename $(1)))
 CORE_LIB   := $(B)/libsrnf.a
 SERVER_LIB := $(B)/libsrnfd.a
+TESTED     := $(B)/tests/libtested.so
 TESTS      := $(patsubst tests/%.c,$(B)/tests/%,$(TEST_SRC))
 BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
@@ -159,9 +162,6 @@ $(patsubst %.c,$(O)/%.o,$(TEST_SRC)): CFLAGS += $(TEST_OPT_$(CONFIG))
 TEST_OPT_release := -O1 -g1
 TEST_OPT_asan    := -O0
 
-# The core becomes libsrnf.so as well as libsrnf.a, from the same objects: only what include/ declares is seen.
-$(O)/core/%.o: CFLAGS += -fPIC -fvisibility=hidden -fno-semantic-interposition
-
 # The transforms and what is built on them may fuse multiply and add; the exact predicates of the meshes may not.
 FUSED := harmonics linear srnf surface inversion registration geodesic pullback
 $(foreach folder,$(FUSED),$(O)/core/$(folder)/%.o): CFLAGS += -ffp-contract=fast -fno-trapping-math
@@ -204,18 +204,24 @@ SHARED    := $(B)/lib/libsrnf.so.$(VERSION)
 # The archive for others is one object, in which names that include/ does not declare are local.
 ARCHIVE   := $(B)/lib/libsrnf.a
 
-$(SHARED): $(CORE_LIB) deploy/srnf.map
+# The names that include/ declares, and nothing else, are seen in both.
+SHOWN     := $(B)/lib/shown
+$(SHOWN): $(wildcard include/*.h include/srnf/*.h)
 	@mkdir -p $(dir $@)
+	$(call say,GEN,$@)
+	$(Q)cat $^ | $(CC) -E -P -Iinclude -x c - | grep -oE '\bsrnf_[a-z0-9_]+ *\(' | tr -d ' (' | sort -u >$@
+
+$(SHARED): $(CORE_LIB) $(SHOWN)
 	$(call say,LINK,$@)
+	$(Q)(echo '{ global:'; sed 's/$$/;/' $(SHOWN); echo 'local: *; };') >$(SHOWN).map
 	$(Q)$(CC) $(LDFLAGS) -shared -Wl,-soname,$(SONAME) -Wl,--no-undefined \
-	    -Wl,--version-script,deploy/srnf.map -o $@ \
+	    -Wl,--version-script,$(SHOWN).map -o $@ \
 	    -Wl,--whole-archive $< -Wl,--no-whole-archive -Wl,--as-needed $(CORE_LIBS)
 
-$(ARCHIVE): $(CORE_LIB)
-	@mkdir -p $(dir $@)
+$(ARCHIVE): $(CORE_LIB) $(SHOWN)
 	$(call say,AR,$@)
 	$(Q)ld -r -o $(B)/lib/srnf.o --whole-archive $<
-	$(Q)objcopy --wildcard --localize-hidden --keep-global-symbol "srnf_*" $(B)/lib/srnf.o
+	$(Q)objcopy --keep-global-symbols=$(SHOWN) $(B)/lib/srnf.o
 	@rm -f $@
 	$(Q)ar rcs $@ $(B)/lib/srnf.o
 
@@ -266,7 +272,7 @@ endif
 
 # libmicrohttpd reads through server/http/tap.c.
 TAP := -Wl,--defsym=recv=tap_recv,--defsym=gnutls_record_recv=tap_record_recv
-$(B)/srnfd $(B)/tests/server/http/%: LDFLAGS += $(TAP)
+$(B)/srnfd $(TESTED): LDFLAGS += $(TAP)
 
 $(B)/srnfd: $(O)/server/main.o $(SERVER_LIB) $(DAEMON_CORE)
 	$(call say,LINK,$@)
@@ -320,7 +326,23 @@ $(B)/tests/tools/%: tests/tools/%.c
 $(B)/tests/paper/test_report: $(call obj,$(addprefix tests/paper/,report.c chart.c picture.c))
 $(B)/tests/paper/test_report: SERVER_LIBS += -lpng
 
-$(B)/tests/%: $(O)/tests/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
+# What test programs share is one library: each is linked with it in a tenth of the time that the archives took, and
+# none is linked again when the library changes. It is found from the place of the program. A program's own srnf_alloc
+# (tests/support/refusing.h) stands in for the library's, as that of server/jobs/memory.c does for the core's.
+$(TESTED): $(call obj,$(filter-out core/memory.c,$(CORE_SRC)) $(SERVER_SRC) $(SUPPORT_SRC)) $(O)/embedded.o
+	@mkdir -p $(dir $@)
+	$(call say,LINK,$@)
+	$(Q)$(CC) $(LDFLAGS) $(GOLD) -shared -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
+
+$(B)/tests/%: $(O)/tests/%.o | $(TESTED)
+	@mkdir -p $(dir $@)
+	$(call say,LINK,$@)
+	$(Q)$(CC) $(LDFLAGS) $(GOLD) -Wl,-rpath,'$$ORIGIN/$(call up,$*)' -o $@ $^ $(TESTED) $(SERVER_LIBS) $(CORE_LIBS) \
+	    -lsharp -lcmocka
+up = $(subst $() ,,$(patsubst %,../,$(subst /, ,$(dir $(1)))))
+
+# What is measured is linked as the daemon is.
+$(B)/tests/bench/%: $(O)/tests/bench/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	@mkdir -p $(dir $@)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) $(GOLD) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
