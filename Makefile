@@ -161,6 +161,10 @@ $(O)/core/registration/tabulated_step.o $(O)/core/registration/tabulated_load.o:
 $(patsubst %.c,$(O)/%.o,$(TEST_SRC)): CFLAGS += $(TEST_OPT_$(CONFIG))
 TEST_OPT_release := -O1 -g1
 TEST_OPT_asan    := -O0
+# So does the server, which the sanitizers' tests hardly wait for: JSON, SQLite and curl are not sanitized, and what is
+# computed is the core.
+$(O)/server/%.o: CFLAGS += $(SERVER_OPT_$(CONFIG))
+SERVER_OPT_asan := -O0
 
 # The transforms and what is built on them may fuse multiply and add; the exact predicates of the meshes may not.
 FUSED := harmonics linear srnf surface inversion registration geodesic pullback
