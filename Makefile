@@ -194,9 +194,11 @@ FOUND       := $(shell sed -n 's/^const struct api_process \([a-z_]*\)_process =
 PROCESSES   := $(filter $(FOUND),$(FIRST)) $(filter-out $(FIRST),$(FOUND))
 $(O)/server/processes/processes.o: $(PROCESS_SRC)
 $(O)/server/processes/processes.o: CPPFLAGS += -D'PROCESSES(row)=$(patsubst %,row(%),$(PROCESSES))'
-.PHONY: numeric-digest
+.PHONY: numeric-digest numeric-text
 numeric-digest:
 	@echo $(answer_digest)
+numeric-text:
+	@echo $(ANSWER_TEXT)
 
 # ---- the library for others ---------------------------------------------------------------------------
 
