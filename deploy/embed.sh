@@ -1,20 +1,19 @@
 #!/bin/sh
-# Prints a C file that holds the given files as constant, zero-terminated byte arrays and a table of them
-# by path (server/embedded.h), so that the daemon needs no file beside its binary. NAME=FILE has another path
-# than the file's own.
+# Prints a C file whose object holds the given files as zero-terminated bytes, and a table of them by path
+# (server/embedded.h), so that the daemon needs no file beside its binary. NAME=FILE has another path than the
+# file's own. The assembler reads the files from the folder that the compiler runs in.
 set -eu
 printf '#include "embedded.h"\n\n'
 n=0
 for file in "$@"; do
-    printf 'static const unsigned char file_%d[] = {\n' "$n"
-    od -An -v -tu1 "${file#*=}" | sed -e 's/^ *//' -e 's/  */,/g' -e 's/$/,/'
-    printf '0};\n\n'
+    printf '__asm__(".section .rodata\\nfile_%d: .incbin \\"%s\\"\\n.byte 0\\n.previous");\n' "$n" "${file#*=}"
+    printf 'extern const unsigned char file_%d[];\n' "$n"
     n=$((n + 1))
 done
-printf 'const struct embedded_file embedded_files[] = {\n'
+printf '\nconst struct embedded_file embedded_files[] = {\n'
 n=0
 for file in "$@"; do
-    printf '    {"%s", file_%d, sizeof file_%d - 1},\n' "${file%%=*}" "$n" "$n"
+    printf '    {"%s", file_%d, %d},\n' "${file%%=*}" "$n" "$(wc -c <"${file#*=}")"
     n=$((n + 1))
 done
 printf '    {0, 0, 0},\n};\n'
