@@ -217,6 +217,8 @@ def make_inputs(service):
     parts = [{'id': service.send('/v1/surfaces', json=coefficients(0.2 * i + j))['id'], 'subject': f's{i}', 'label': 'xy'[i % 2],
               'covariates': {'part': 'ab'[j]}} for i in range(10) for j in (0, 1)]
     service.send('/v1/cohorts', json={'name': 'parts', 'members': parts})
+    few = {'name': 'few-parts', 'members': parts[:12]}  # a label of three subjects is enough to classify, not to train
+    service.send('/v1/cohorts', json=few)
     pairs = {'cohort': link('cohorts/pairs'), 'register': False, 'permutations': 9, 'bootstraps': 100}
 
     ten = [service.send('/v1/surfaces', json=coefficients(0.3 * i))['id'] for i in range(10)]
@@ -252,8 +254,8 @@ def make_inputs(service):
         'asymmetry': pairs,
         'pca-parts': {'cohort': link('cohorts/pairs'), 'register': False, 'modes': 0},
         'trajectories': pairs,
-        'classify-parts': {'cohort': link('cohorts/parts'), **light},
-        'classify': {'cohort': 'six', **light},
+        'classify-parts': {'cohort': link('cohorts/few-parts'), **light},
+        'classify': {'cohort': 'six', 'refit': 'shared', **light},
         'train': kept,
         'train-parts': {'cohort': link('cohorts/parts'), **light},
         'predict': {'model': service.execute('train', {'inputs': kept}, WAIT).json()['model']['id'], 'surfaces': [a]},

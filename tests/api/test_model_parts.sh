@@ -59,8 +59,9 @@ is "$(json '[.model.parts[].mean] == [.parts[].mean.id] and .model.mean.id == .p
 is "$(json '.model.labels == .subjects and .model.groups == .groups and (.model.madeFrom.surfaces | length) == 24')" true \
     'of the subjects'
 compare "$(json '[.model.parts[].size] | min')" '>' 1 'and the sizes of the parts'
-execute pca-parts '{"cohort":"both","register":false,"modes":0,"weights":{"left":2}}'
-isnt "$(json .model.id)" "$MODEL" 'other weights are another model'
+execute pca-parts '{"cohort":"both","register":false,"modes":0,"weights":{"left":4,"right":4}}'
+WEIGHTED=$(json .model.id)
+isnt "$WEIGHTED" "$MODEL" 'other weights are another model'
 get "/v1/models/$MODEL"
 is "$STATUS" 200 'it is read'
 is "$(json '.kind + " " + (.nTheta | tostring)')" 'parts 8' 'with the grid of its parts'
@@ -90,8 +91,7 @@ is "$STATUS" 200 'shapes are meshes as well'
 get "/v1/models/$MODEL/shape?coefficients=2&part=left"
 OFFSET=$(json .offset)
 compare "$OFFSET" '>' 0 'how far a shape is from its point'
-execute pca-parts '{"cohort":"both","register":false,"modes":0,"weights":{"left":4,"right":4}}'
-get "/v1/models/$(json .model.id)/shape?coefficients=2&part=left"
+get "/v1/models/$WEIGHTED/shape?coefficients=2&part=left"
 compare "$(jq -n "($(json .offset) - $OFFSET | fabs) / $OFFSET")" '<' 1e-6 'does not depend on what the parts weigh'
 get "/v1/models/$MODEL/shape?coefficients=0"
 is_problem 422 invalid-input 'a shape of no part'
@@ -170,7 +170,8 @@ is "$(json '[.trainingSubject, .subjects] | tojson')" '[true,11]' 'a member is l
 
 # ---- Registered, of meshes, with positions -------------------------------------------------------------
 
-execute pca-parts '{"cohort":"both","modes":0,"commonPose":true,"maxIterations":2}'
+post_json /v1/cohorts "{\"name\":\"few\",\"members\":$(jq -c '.[:12]' <<<"$MEMBERS")}"
+execute pca-parts '{"cohort":"few","modes":0,"commonPose":true,"maxIterations":2}'
 REGISTERED=$(json .model.id)
 cp "$BODY" "$SCRATCH/registered.json"
 execute project "{\"model\":\"$REGISTERED\",\"parts\":{\"left\":\"$(id 5 0)\",\"right\":\"$(id 5 1)\"}}"
