@@ -123,25 +123,8 @@ int store_cohort_get(struct store *store, const char *name, struct store_cohort 
 int store_cohort_owners(struct store *store, const char *name, char (*owners)[STORE_OWNER_MAX],
                         size_t most, size_t *count)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
-
-    *count = 0;
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row,
-                           "SELECT owner FROM cohort WHERE name = ? ORDER BY owner", "t", name);
-    while (status == STORE_OK && (status = store_step(reader->db, row)) == STORE_OK) {
-        if (*count < most) {
-            store_column_id(row, 0, owners[*count], STORE_OWNER_MAX);
-        }
-        ++*count;
-    }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
-    return status == STORE_NOT_FOUND ? STORE_OK : status;
+    return store_owners_of(store, "SELECT owner FROM cohort WHERE name = ? ORDER BY owner", name,
+                           owners, most, count);
 }
 
 struct put {

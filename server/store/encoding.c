@@ -104,24 +104,15 @@ static int read_row(sqlite3_stmt *row, unsigned char **value, size_t *size)
 
 int store_encoding_get(struct store *store, const char *name, unsigned char **value, size_t *size)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status = store_query_first(
+        &query, store, "SELECT checksum, value FROM encoding WHERE name = ?", "t", name);
 
     *value = NULL;
     *size = 0;
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row, "SELECT checksum, value FROM encoding WHERE name = ?",
-                           "t", name);
     if (status == STORE_OK) {
-        status = store_step(reader->db, row);
+        status = read_row(query.row, value, size);
     }
-    if (status == STORE_OK) {
-        status = read_row(row, value, size);
-    }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status;
 }

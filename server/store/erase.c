@@ -332,23 +332,6 @@ int store_erase(struct store *store, struct store_erasure *erasure)
 int store_owner_names(struct store *store, const char *id, char (*owners)[STORE_OWNER_MAX],
                       size_t most, size_t *count)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
-
-    *count = 0;
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row, "SELECT owner FROM owned WHERE id = ? ORDER BY owner",
-                           "t", id);
-    while (status == STORE_OK && (status = store_step(reader->db, row)) == STORE_OK) {
-        if (*count < most) {
-            store_column_id(row, 0, owners[*count], STORE_OWNER_MAX);
-        }
-        ++*count;
-    }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
-    return status == STORE_NOT_FOUND ? STORE_OK : status;
+    return store_owners_of(store, "SELECT owner FROM owned WHERE id = ? ORDER BY owner", id, owners,
+                           most, count);
 }

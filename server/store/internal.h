@@ -1,6 +1,6 @@
 /*
- * internal.h - what the files of store/ share: the struct behind the handle, statements, the
- * writer's queue, the readers' pool, and blobs.
+ * internal.h - what the files of store/ share: the struct behind the handle, the writer's queue,
+ * the readers' pool, and blobs; statements are in statement.h.
  *
  * Threads and locks
  *   writer->mutex   rank 40: the queue of writes and the closing flag
@@ -21,6 +21,7 @@
 #include <stdint.h>
 
 #include "ids.h"
+#include "store/statement.h"
 #include "store_status.h"
 
 struct store_job;   /* store/job.h */
@@ -96,33 +97,6 @@ struct store {
     struct store_prepared prepared;
     size_t encodings; /* of the writer thread: how many were put (encoding.c) */
 };
-
-/* ---- Statements (statement.c) ---------------------------------------------------------------- */
-
-/* The STORE_* code of what the connection just answered. */
-int store_map(sqlite3 *db, int rc);
-
-/*
- * Prepares a statement and binds its parameters in order. Each letter of kinds takes its arguments:
- *   t  const char * (NULL binds NULL)    i  int64_t    d  double    b  const void *, size_t
- * The bound memory must outlive the statement. *out is NULL on error.
- */
-int store_prepare(sqlite3 *db, sqlite3_stmt **out, const char *sql, const char *kinds, ...);
-/* STORE_OK: there is a row; STORE_NOT_FOUND: no further row. */
-int store_step(sqlite3 *db, sqlite3_stmt *statement);
-/* Prepares, binds, runs to the end; *changed (may be NULL) gets the number of rows touched. */
-int store_execute(sqlite3 *db, size_t *changed, const char *sql, const char *kinds, ...);
-/* The same on the writer's connection, with a statement that is prepared once; sql is static. */
-int store_execute_kept(struct store *store, size_t *changed, const char *sql, const char *kinds,
-                       ...);
-/* First column of the first row as an integer; STORE_NOT_FOUND without a row. */
-int store_scalar(sqlite3 *db, int64_t *value, const char *sql);
-/* First column of the first row as a text, cut to size; "" for NULL. The statement has one
-   parameter, key, which may be the buffer. STORE_NOT_FOUND without a row: text stays as it is. */
-int store_text(sqlite3 *db, char *text, size_t size, const char *sql, const char *key);
-/* Copies of columns: malloc, NULL for NULL; *status becomes STORE_NOMEM when memory is short. */
-char *store_column_text(sqlite3_stmt *statement, int column, int *status);
-void store_column_id(sqlite3_stmt *statement, int column, char *buffer, size_t size);
 
 /* ---- Opening (store.c, database.c, migrate.c) ------------------------------------------------ */
 
@@ -354,6 +328,9 @@ int store_read_doubles(struct store *store, sqlite3 *db, const char *hash, size_
 /* ---- Owners (owner.c) ------------------------------------------------------------------------ */
 
 const char *store_owner_name(const struct store_owner *owner);
+/* The owners that a statement finds by a key: *count of them, the first `most` in owners. */
+int store_owners_of(struct store *store, const char *sql, const char *key,
+                    char (*owners)[STORE_OWNER_MAX], size_t most, size_t *count);
 /* On the writer thread: the owner has a row, and may hold so many bytes (0: any number; below 0: as
    many as before). */
 int store_owner_limit(sqlite3 *db, const char *name, int64_t bytes_max);

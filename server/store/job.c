@@ -99,28 +99,19 @@ int store_job_get(struct store *store, const char *id, struct store_job *job)
 
 int store_job_find(struct store *store, const char *digest, struct store_job *job)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status = store_query_first(&query, store,
+                                   "SELECT " STORE_JOB_COLUMNS " FROM job WHERE digest = ? "
+                                   "AND (status IN ('accepted', 'successful') "
+                                   "     OR (status = 'running' AND NOT cancel_requested)) "
+                                   "ORDER BY created_ms DESC, id DESC LIMIT 1",
+                                   "t", digest);
 
     *job = (struct store_job){0};
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row,
-                           "SELECT " STORE_JOB_COLUMNS " FROM job WHERE digest = ? "
-                           "AND (status IN ('accepted', 'successful') "
-                           "     OR (status = 'running' AND NOT cancel_requested)) "
-                           "ORDER BY created_ms DESC, id DESC LIMIT 1",
-                           "t", digest);
     if (status == STORE_OK) {
-        status = store_step(reader->db, row);
+        status = store_job_from_row(query.row, job);
     }
-    if (status == STORE_OK) {
-        status = store_job_from_row(row, job);
-    }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status;
 }
 
@@ -159,24 +150,15 @@ int store_job_results(struct store *store, const char *id, char **results, size_
 
 int store_job_count(struct store *store, enum store_job_status state, size_t *count)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status = store_query_first(&query, store, "SELECT count(*) FROM job WHERE status = ?", "t",
+                                   store_job_status_name(state));
 
     *count = 0;
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row, "SELECT count(*) FROM job WHERE status = ?", "t",
-                           store_job_status_name(state));
     if (status == STORE_OK) {
-        status = store_step(reader->db, row);
+        *count = (size_t)sqlite3_column_int64(query.row, 0);
     }
-    if (status == STORE_OK) {
-        *count = (size_t)sqlite3_column_int64(row, 0);
-    }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status;
 }
 
@@ -360,27 +342,18 @@ int store_idempotency_put(struct store *store, const char *key, const char *job_
 int store_idempotency_find(struct store *store, const char *key, char job_id[STORE_ID_MAX],
                            char body_digest[65])
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status = store_query_first(&query, store,
+                                   "SELECT job, body_digest FROM idempotency "
+                                   "WHERE key = ? AND created_ms > ?",
+                                   "ti", key, store_now_ms() - KEY_LIFETIME_MS);
 
     job_id[0] = body_digest[0] = '\0';
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row,
-                           "SELECT job, body_digest FROM idempotency "
-                           "WHERE key = ? AND created_ms > ?",
-                           "ti", key, store_now_ms() - KEY_LIFETIME_MS);
     if (status == STORE_OK) {
-        status = store_step(reader->db, row);
+        store_column_id(query.row, 0, job_id, STORE_ID_MAX);
+        store_column_id(query.row, 1, body_digest, 65);
     }
-    if (status == STORE_OK) {
-        store_column_id(row, 0, job_id, STORE_ID_MAX);
-        store_column_id(row, 1, body_digest, 65);
-    }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status;
 }
 

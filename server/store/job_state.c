@@ -161,16 +161,9 @@ int store_job_claim_alone(struct store *store, struct store_job *job)
    is earlier, and r - 1 of each whose turn is later. */
 int store_job_position(struct store *store, const char *id, size_t *position)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
-
-    *position = 0;
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(
-        reader->db, &row,
+    struct store_query query;
+    int status = store_query_first(
+        &query, store,
         "WITH own AS (SELECT id, owner, turn, created_ms + expected_ms AS due FROM job "
         "JOIN owner ON name = owner WHERE id = ? AND status = 'accepted'), "
         "ranked AS (SELECT own.owner, turn, "
@@ -183,14 +176,12 @@ int store_job_position(struct store *store, const char *id, size_t *position)
         "rank - ((owner.turn, name) > (ranked.turn, ranked.owner)))) "
         "FROM owner WHERE name <> ranked.owner), 0) FROM ranked",
         "t", id);
+
+    *position = 0;
     if (status == STORE_OK) {
-        status = store_step(reader->db, row);
+        *position = (size_t)sqlite3_column_int64(query.row, 0);
     }
-    if (status == STORE_OK) {
-        *position = (size_t)sqlite3_column_int64(row, 0);
-    }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status == STORE_NOT_FOUND ? STORE_OK : status;
 }
 
@@ -198,29 +189,23 @@ int store_job_position(struct store *store, const char *id, size_t *position)
 int store_job_places(struct store *store,
                      bool (*visit)(void *user, const char *id, size_t position), void *user)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
-    bool more = true;
-
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(
-        reader->db, &row,
+    struct store_query query;
+    int status = store_query_open(
+        &query, store,
         "WITH ranked AS (SELECT job.id AS id, turn, name, row_number() OVER (PARTITION BY "
         "job.owner ORDER BY created_ms + expected_ms, job.id) AS rank FROM job "
         "JOIN owner ON name = job.owner WHERE status = 'accepted') "
         "SELECT id FROM ranked ORDER BY rank, turn, name",
         "");
+    bool more = true;
+
     for (size_t position = 1; status == STORE_OK && more; position++) {
-        status = store_step(reader->db, row);
+        status = store_query_next(&query);
         if (status == STORE_OK) {
-            more = visit(user, (const char *)sqlite3_column_text(row, 0), position);
+            more = visit(user, (const char *)sqlite3_column_text(query.row, 0), position);
         }
     }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status == STORE_NOT_FOUND ? STORE_OK : status;
 }
 

@@ -134,27 +134,19 @@ void store_labels_clear(struct store_labels_held *held)
 int store_labels_get(struct store *store, const char *owner, const char *id,
                      struct store_labels_held *held)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status =
+        store_query_first(&query, store,
+                          "SELECT name, tags FROM owned WHERE owner = ?1 AND id = ?2 UNION ALL "
+                          "SELECT coalesce(title, ''), tags FROM job WHERE owner = ?1 AND id = ?2",
+                          "tt", owner ? owner : "", id);
 
     *held = (struct store_labels_held){.name = NULL};
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row,
-                           "SELECT name, tags FROM owned WHERE owner = ?1 AND id = ?2 UNION ALL "
-                           "SELECT coalesce(title, ''), tags FROM job WHERE owner = ?1 AND id = ?2",
-                           "tt", owner ? owner : "", id);
     if (status == STORE_OK) {
-        status = store_step(reader->db, row);
+        held->name = store_column_text(query.row, 0, &status);
+        held->tags = store_column_text(query.row, 1, &status);
     }
-    if (status == STORE_OK) {
-        held->name = store_column_text(row, 0, &status);
-        held->tags = store_column_text(row, 1, &status);
-    }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     if (status != STORE_OK) {
         store_labels_clear(held);
     }

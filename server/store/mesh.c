@@ -61,23 +61,15 @@ int store_mesh_get(struct store *store, const char *id, struct store_mesh *mesh)
 int store_mesh_get_as(struct store *store, const char *owner, const char *id,
                       struct store_mesh *mesh)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status =
+        store_query_first(&query, store, STORE_ROW_AS(COLUMNS_AS, "mesh"), "tt", owner, id);
 
     *mesh = (struct store_mesh){0};
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row, STORE_ROW_AS(COLUMNS_AS, "mesh"), "tt", owner, id);
     if (status == STORE_OK) {
-        status = store_step(reader->db, row);
+        status = from_row(query.row, mesh);
     }
-    if (status == STORE_OK) {
-        status = from_row(row, mesh);
-    }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status;
 }
 

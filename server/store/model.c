@@ -118,31 +118,23 @@ int store_model_get(struct store *store, const char *id, unsigned arrays, struct
 int store_model_get_as(struct store *store, const char *owner, const char *id, unsigned arrays,
                        struct store_model *model)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status =
+        store_query_first(&query, store, STORE_ROW_AS(COLUMNS_AS, "model"), "tt", owner, id);
 
     *model = (struct store_model){0};
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row, STORE_ROW_AS(COLUMNS_AS, "model"), "tt", owner, id);
     if (status == STORE_OK) {
-        status = store_step(reader->db, row);
+        status = from_row(query.row, model);
     }
-    if (status == STORE_OK) {
-        status = from_row(row, model);
-    }
-    sqlite3_finalize(row);
     for (size_t i = 0; status == STORE_OK && i < STORE_MODEL_ARRAYS; i++) {
         if (arrays & (1u << i)) {
-            status = read_array(store, reader->db, model, (enum store_model_array)i);
+            status = read_array(store, query.reader->db, model, (enum store_model_array)i);
         }
     }
     if (status != STORE_OK) {
         store_model_clear(model);
     }
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status;
 }
 

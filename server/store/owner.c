@@ -132,25 +132,33 @@ int store_owner_take(sqlite3 *db, const struct store_owner *owner,
     return status == STORE_OK && changed > 0 ? store_owner_check(db, name, 0) : status;
 }
 
+int store_owners_of(struct store *store, const char *sql, const char *key,
+                    char (*owners)[STORE_OWNER_MAX], size_t most, size_t *count)
+{
+    struct store_query query;
+    int status = store_query_open(&query, store, sql, "t", key);
+
+    *count = 0;
+    while (status == STORE_OK && (status = store_query_next(&query)) == STORE_OK) {
+        if (*count < most) {
+            store_column_id(query.row, 0, owners[*count], STORE_OWNER_MAX);
+        }
+        ++*count;
+    }
+    store_query_close(&query);
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
+}
+
 int store_owner_has(struct store *store, const char *owner, const char *id)
 {
     bool job = strncmp(id, "job-", 4) == 0;
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status = store_query_first(&query, store,
+                                   job ? "SELECT 1 FROM job WHERE owner = ? AND id = ?"
+                                       : "SELECT 1 FROM owned WHERE owner = ? AND id = ?",
+                                   "tt", owner ? owner : "", id);
 
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row,
-                           job ? "SELECT 1 FROM job WHERE owner = ? AND id = ?"
-                               : "SELECT 1 FROM owned WHERE owner = ? AND id = ?",
-                           "tt", owner ? owner : "", id);
-    if (status == STORE_OK) {
-        status = store_step(reader->db, row);
-    }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status;
 }
 

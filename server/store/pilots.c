@@ -65,20 +65,16 @@ static void read_pilots(sqlite3_stmt *rows, struct store_pilots *row)
 
 int store_pilots_list(struct store *store, struct store_pilots **list, size_t *n)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *rows = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status =
+        store_query_open(&query, store,
+                         "SELECT name, job, number, status, try, size, memory, token, vanished "
+                         "FROM pilots ORDER BY name",
+                         "");
 
     *list = NULL;
     *n = 0;
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &rows,
-                           "SELECT name, job, number, status, try, size, memory, token, vanished "
-                           "FROM pilots ORDER BY name",
-                           "");
-    while (status == STORE_OK && (status = store_step(reader->db, rows)) == STORE_OK) {
+    while (status == STORE_OK && (status = store_query_next(&query)) == STORE_OK) {
         struct store_pilots *grown = realloc(*list, (*n + 1) * sizeof **list);
 
         if (!grown) {
@@ -86,10 +82,9 @@ int store_pilots_list(struct store *store, struct store_pilots **list, size_t *n
             break;
         }
         *list = grown;
-        read_pilots(rows, &grown[(*n)++]);
+        read_pilots(query.row, &grown[(*n)++]);
     }
-    sqlite3_finalize(rows);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     if (status == STORE_NOT_FOUND) {
         return STORE_OK;
     }

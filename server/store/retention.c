@@ -29,23 +29,17 @@
 static int find_expired(struct store *store, int64_t before_ms, char ids[BATCH][STORE_ID_MAX],
                         size_t *n)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *rows = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status = store_query_open(&query, store,
+                                  "SELECT id FROM job WHERE status IN ('successful', 'failed', "
+                                  "'dismissed') AND finished_ms < ? ORDER BY created_ms LIMIT ?",
+                                  "ii", before_ms, (int64_t)BATCH);
 
     *n = 0;
-    if (status != STORE_OK) {
-        return status;
+    while (status == STORE_OK && (status = store_query_next(&query)) == STORE_OK) {
+        store_column_id(query.row, 0, ids[(*n)++], STORE_ID_MAX);
     }
-    status = store_prepare(reader->db, &rows,
-                           "SELECT id FROM job WHERE status IN ('successful', 'failed', "
-                           "'dismissed') AND finished_ms < ? ORDER BY created_ms LIMIT ?",
-                           "ii", before_ms, (int64_t)BATCH);
-    while (status == STORE_OK && (status = store_step(reader->db, rows)) == STORE_OK) {
-        store_column_id(rows, 0, ids[(*n)++], STORE_ID_MAX);
-    }
-    sqlite3_finalize(rows);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status == STORE_NOT_FOUND ? STORE_OK : status;
 }
 

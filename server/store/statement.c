@@ -1,6 +1,6 @@
 /*
  * statement.c - the few lines around SQLite's C interface that every query needs: status codes,
- * prepared statements with their parameters, steps, and copies of columns.
+ * prepared statements with their parameters, steps, queries of readers, and copies of columns.
  *
  * Statements are prepared for each use. That costs some 20 microseconds, against the milliseconds
  * of a synced commit and the network. Those that come with every task of a worker, hundreds a
@@ -207,6 +207,58 @@ int store_text(sqlite3 *db, char *text, size_t size, const char *sql, const char
     sqlite3_finalize(statement);
     return status;
 }
+
+/* ---- Queries --------------------------------------------------------------------------------- */
+
+static int open_query(struct store_query *query, struct store *store, const char *sql,
+                      const char *kinds, va_list arguments)
+{
+    int status;
+
+    *query = (struct store_query){.store = store};
+    status = store_reader_take(store, &query->reader);
+    return status == STORE_OK ? prepare(query->reader->db, &query->row, sql, kinds, arguments)
+                              : status;
+}
+
+int store_query_open(struct store_query *query, struct store *store, const char *sql,
+                     const char *kinds, ...)
+{
+    va_list arguments;
+    int status;
+
+    va_start(arguments, kinds);
+    status = open_query(query, store, sql, kinds, arguments);
+    va_end(arguments);
+    return status;
+}
+
+int store_query_first(struct store_query *query, struct store *store, const char *sql,
+                      const char *kinds, ...)
+{
+    va_list arguments;
+    int status;
+
+    va_start(arguments, kinds);
+    status = open_query(query, store, sql, kinds, arguments);
+    va_end(arguments);
+    return status == STORE_OK ? store_query_next(query) : status;
+}
+
+int store_query_next(struct store_query *query)
+{
+    return store_step(query->reader->db, query->row);
+}
+
+void store_query_close(struct store_query *query)
+{
+    sqlite3_finalize(query->row);
+    if (query->reader) {
+        store_reader_return(query->store, query->reader);
+    }
+}
+
+/* ---- Columns --------------------------------------------------------------------------------- */
 
 char *store_column_text(sqlite3_stmt *statement, int column, int *status)
 {

@@ -126,32 +126,23 @@ int store_surface_get_as(struct store *store, const char *owner, const char *id,
                          bool with_coefficients, struct store_surface *surface)
 {
     char hash[65] = "";
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status = store_query_first(
+        &query, store, STORE_ROW_AS(COLUMNS_AS ", coefficients", "surface"), "tt", owner, id);
 
     *surface = (struct store_surface){0};
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row, STORE_ROW_AS(COLUMNS_AS ", coefficients", "surface"),
-                           "tt", owner, id);
     if (status == STORE_OK) {
-        status = store_step(reader->db, row);
-    }
-    if (status == STORE_OK) {
-        store_column_id(row, 6, hash, sizeof hash);
-        status = from_row(row, surface);
+        store_column_id(query.row, 6, hash, sizeof hash);
+        status = from_row(query.row, surface);
         memcpy(surface->hash, hash, sizeof hash);
     }
-    sqlite3_finalize(row);
     if (status == STORE_OK && with_coefficients) {
-        status = read_coefficients(store, reader->db, hash, surface);
+        status = read_coefficients(store, query.reader->db, hash, surface);
     }
     if (status != STORE_OK) {
         store_surface_clear(surface);
     }
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status;
 }
 

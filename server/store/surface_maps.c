@@ -149,31 +149,22 @@ static int from_row(sqlite3_stmt *row, struct store_maps *maps, char hash[65])
 int store_surface_maps(struct store *store, const char *id, struct store_maps *maps)
 {
     char hash[65] = "";
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status = store_query_first(
+        &query, store,
+        "SELECT names, maps, n_theta, n_phi, content FROM surface_maps WHERE surface = ?", "t", id);
 
     *maps = (struct store_maps){0};
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(
-        reader->db, &row,
-        "SELECT names, maps, n_theta, n_phi, content FROM surface_maps WHERE surface = ?", "t", id);
     if (status == STORE_OK) {
-        status = store_step(reader->db, row);
+        status = from_row(query.row, maps, hash);
     }
     if (status == STORE_OK) {
-        status = from_row(row, maps, hash);
-    }
-    sqlite3_finalize(row);
-    if (status == STORE_OK) {
-        status =
-            store_read_doubles(store, reader->db, hash, store_maps_values(maps), &maps->values);
+        status = store_read_doubles(store, query.reader->db, hash, store_maps_values(maps),
+                                    &maps->values);
     }
     if (status != STORE_OK) {
         store_maps_clear(maps);
     }
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status;
 }

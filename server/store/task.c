@@ -114,21 +114,15 @@ int store_task_get(struct store *store, struct store_task *task)
 
 int store_task_holds(struct store *store, const char *id, const char *secret)
 {
-    struct store_reader *reader = NULL;
+    struct store_query query;
     char digest[65];
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    int status;
 
     store_sha256_hex(digest, secret, strlen(secret));
-    if (status == STORE_OK) {
-        status = store_prepare(reader->db, &row,
-                               "SELECT 1 FROM task WHERE id = ? AND secret = ? "
-                               "AND status = 'leased'",
-                               "tt", id, digest);
-        status = status == STORE_OK ? store_step(reader->db, row) : status;
-        sqlite3_finalize(row);
-        store_reader_return(store, reader);
-    }
+    status = store_query_first(
+        &query, store, "SELECT 1 FROM task WHERE id = ? AND secret = ? AND status = 'leased'", "tt",
+        id, digest);
+    store_query_close(&query);
     return status == STORE_NOT_FOUND ? STORE_CONFLICT : status;
 }
 
@@ -149,20 +143,14 @@ static int copy_result(sqlite3_stmt *row, unsigned char **result, size_t *size)
 
 int store_task_result(struct store *store, const char *id, unsigned char **result, size_t *size)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status = store_query_first(
+        &query, store, "SELECT result FROM task WHERE id = ? AND status = 'done'", "t", id);
 
     *result = NULL;
     *size = 0;
-    if (status == STORE_OK) {
-        status = store_prepare(reader->db, &row,
-                               "SELECT result FROM task WHERE id = ? AND status = 'done'", "t", id);
-        status = status == STORE_OK ? store_step(reader->db, row) : status;
-        status = status == STORE_OK ? copy_result(row, result, size) : status;
-        sqlite3_finalize(row);
-        store_reader_return(store, reader);
-    }
+    status = status == STORE_OK ? copy_result(query.row, result, size) : status;
+    store_query_close(&query);
     return status;
 }
 
@@ -362,26 +350,20 @@ int store_task_makers(struct store *store, const char *job,
                       void (*visit)(void *user, const struct store_maker *maker, int64_t tasks),
                       void *user)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *rows = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status = store_query_open(&query, store,
+                                  "SELECT host, cpu, build, tasks FROM executor WHERE job = ? "
+                                  "ORDER BY tasks DESC, host, cpu, build",
+                                  "t", job);
 
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &rows,
-                           "SELECT host, cpu, build, tasks FROM executor WHERE job = ? "
-                           "ORDER BY tasks DESC, host, cpu, build",
-                           "t", job);
-    while (status == STORE_OK && (status = store_step(reader->db, rows)) == STORE_OK) {
+    while (status == STORE_OK && (status = store_query_next(&query)) == STORE_OK) {
         visit(user,
-              &(struct store_maker){.host = (const char *)sqlite3_column_text(rows, 0),
-                                    .cpu = (const char *)sqlite3_column_text(rows, 1),
-                                    .build = (const char *)sqlite3_column_text(rows, 2)},
-              sqlite3_column_int64(rows, 3));
+              &(struct store_maker){.host = (const char *)sqlite3_column_text(query.row, 0),
+                                    .cpu = (const char *)sqlite3_column_text(query.row, 1),
+                                    .build = (const char *)sqlite3_column_text(query.row, 2)},
+              sqlite3_column_int64(query.row, 3));
     }
-    sqlite3_finalize(rows);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status == STORE_NOT_FOUND ? STORE_OK : status;
 }
 

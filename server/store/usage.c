@@ -61,29 +61,24 @@ int store_usage(struct store *store, struct store_usage *usage)
 int store_job_load(struct store *store, void (*visit)(void *user, const struct store_load *load),
                    void *user)
 {
-    struct store_reader *reader;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status =
+        store_query_open(&query, store,
+                         "SELECT process, status, COUNT(*), MIN(created_ms) FROM job "
+                         "WHERE status IN ('accepted', 'running') GROUP BY process, status",
+                         "");
 
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row,
-                           "SELECT process, status, COUNT(*), MIN(created_ms) FROM job "
-                           "WHERE status IN ('accepted', 'running') GROUP BY process, status",
-                           "");
-    while (status == STORE_OK && (status = store_step(reader->db, row)) == STORE_OK) {
+    while (status == STORE_OK && (status = store_query_next(&query)) == STORE_OK) {
         const struct store_load load = {
-            .process = (const char *)sqlite3_column_text(row, 0),
-            .status = (const char *)sqlite3_column_text(row, 1),
-            .count = (size_t)sqlite3_column_int64(row, 2),
-            .oldest_ms = sqlite3_column_int64(row, 3),
+            .process = (const char *)sqlite3_column_text(query.row, 0),
+            .status = (const char *)sqlite3_column_text(query.row, 1),
+            .count = (size_t)sqlite3_column_int64(query.row, 2),
+            .oldest_ms = sqlite3_column_int64(query.row, 3),
         };
 
         visit(user, &load);
     }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status == STORE_NOT_FOUND ? STORE_OK : status;
 }
 

@@ -46,23 +46,15 @@ static int from_row(sqlite3_stmt *row, struct store_volume *volume)
 int store_volume_get_as(struct store *store, const char *owner, const char *id,
                         struct store_volume *volume)
 {
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
-    int status = store_reader_take(store, &reader);
+    struct store_query query;
+    int status =
+        store_query_first(&query, store, STORE_ROW_AS(COLUMNS_AS, "volume"), "tt", owner, id);
 
     *volume = (struct store_volume){0};
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &row, STORE_ROW_AS(COLUMNS_AS, "volume"), "tt", owner, id);
     if (status == STORE_OK) {
-        status = store_step(reader->db, row);
+        status = from_row(query.row, volume);
     }
-    if (status == STORE_OK) {
-        status = from_row(row, volume);
-    }
-    sqlite3_finalize(row);
-    store_reader_return(store, reader);
+    store_query_close(&query);
     return status;
 }
 
