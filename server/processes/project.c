@@ -7,13 +7,12 @@
 
 #include "toolkit/model.h"
 #include "toolkit/seconds.h"
+#include "toolkit/projected.h"
 #include "toolkit/subject.h"
 #include "toolkit/table.h"
-#include "api/models.h"
 #include "api/warnings.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/registration_report.h"
-#include "toolkit/model_members.h"
 #include "toolkit/handedness.h"
 #include "toolkit/typicality.h"
 
@@ -72,56 +71,22 @@ static json_t *document_of(const struct project *project, const struct compute_m
     return document;
 }
 
-/* Members of the model are on its side. False with the problem set. */
-static bool try_mirrored(struct jobs_run *run, const struct project *project,
-                         const struct compute_model *model,
-                         const struct compute_projected *projected,
-                         const struct srnf_register_options *registration,
-                         const struct compute_projection *projection,
-                         struct compute_mirror_trial *trial, struct jobs_result *result)
-{
-    return project->handedness == HANDEDNESS_IGNORE || projection->training_subject ||
-           compute_project_mirrored(run, model, projected, registration, projection, trial,
-                                    result) == 0;
-}
-
 static json_t *run_project(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
     const struct project *project = typed;
-    const struct srnf_register_options *registration = NULL;
-    struct srnf_register_options options;
-    struct compute_model model = {0};
-    struct compute_projected projected;
-    struct compute_projection projection = {0};
-    struct model_members members = {0};
-    struct compute_mirror_trial trial = {.distance = 0.0};
-    json_t *made = NULL, *document = NULL;
+    struct projected projected;
+    json_t *document = NULL;
 
-    if (model_load(run, project->model, &model, result) ||
-        !subject_open(&project->subject, &model, &projected, result)) {
-        goto out;
+    if (projected_make(run, project->model, &project->subject, &projected, result) == 0 &&
+        process_finite(projected.model.pca.components, projected.projection.scores, "the scores",
+                       result) &&
+        projected_try_mirrored(run, project->handedness, &projected, result) == 0) {
+        document =
+            document_of(project, &projected.model, projected.registration, &projected.projection);
+        warnings_put(document, handedness_of_projection(run, project->subject.surface,
+                                                        projected.made, &projected.trial));
     }
-    made = model_made_from(&model.stored);
-    if (registration_read(json_object_get(made, "registration"), &options)) {
-        registration = &options;
-    }
-    if (model_members_read(made, model.pca.n, model.joint.n_parts, &members)) {
-        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the model");
-        goto out;
-    }
-    if (compute_project(run, &model, &projected, registration, &members.view, &projection,
-                        result) == 0 &&
-        process_finite(model.pca.components, projection.scores, "the scores", result) &&
-        try_mirrored(run, project, &model, &projected, registration, &projection, &trial, result)) {
-        document = document_of(project, &model, registration, &projection);
-        warnings_put(document,
-                     handedness_of_projection(run, project->subject.surface, made, &trial));
-    }
-out:
-    compute_projection_clear(&projection);
-    model_members_clear(&members);
-    json_decref(made);
-    compute_model_clear(&model);
+    projected_clear(&projected);
     return document;
 }
 

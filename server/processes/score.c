@@ -7,10 +7,9 @@
  */
 #include "processes/score.h"
 
-#include "api/models.h"
 #include "compute/seconds.h"
 #include "toolkit/handedness.h"
-#include "toolkit/model_members.h"
+#include "toolkit/projected.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/seconds.h"
 
@@ -210,50 +209,26 @@ static void clear_found(struct score_found *found)
 static json_t *run_score(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
     const struct score *asked = typed;
-    const struct srnf_register_options *registration = NULL;
-    struct srnf_register_options options;
-    struct compute_model model = {0};
-    struct compute_projected projected;
-    struct compute_projection projection = {0};
-    struct model_members members = {0};
+    struct projected projected;
     struct score_found found = {.whole = {0}};
-    struct compute_mirror_trial trial = {.distance = 0.0};
     struct scoring scoring = {.run = run,
                               .asked = asked,
-                              .model = &model,
-                              .members = &members,
-                              .projection = &projection,
+                              .model = &projected.model,
+                              .members = &projected.members,
+                              .projection = &projected.projection,
                               .result = result};
-    json_t *made = NULL, *document = NULL;
+    json_t *document = NULL;
 
-    if (model_load(run, asked->model, &model, result) ||
-        !subject_open(&asked->subject, &model, &projected, result)) {
-        goto out;
-    }
-    made = model_made_from(&model.stored);
-    if (registration_read(json_object_get(made, "registration"), &options)) {
-        registration = &options;
-    }
-    if (model_members_read(made, model.pca.n, model.joint.n_parts, &members)) {
-        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the model");
-        goto out;
-    }
-    if (compute_project(run, &model, &projected, registration, &members.view, &projection,
-                        result) == 0 &&
+    if (projected_make(run, asked->model, &asked->subject, &projected, result) == 0 &&
         compute(&scoring, &found) == 0 &&
-        (asked->handedness == HANDEDNESS_IGNORE || projection.training_subject ||
-         compute_project_mirrored(run, &model, &projected, registration, &projection, &trial,
-                                  result) == 0)) {
+        projected_try_mirrored(run, asked->handedness, &projected, result) == 0) {
         document = score_document(
-            run, asked, &model, &projection, registration,
-            handedness_of_projection(run, asked->subject.surface, made, &trial), &found, result);
+            run, asked, &projected.model, &projected.projection, projected.registration,
+            handedness_of_projection(run, asked->subject.surface, projected.made, &projected.trial),
+            &found, result);
     }
-out:
     clear_found(&found);
-    compute_projection_clear(&projection);
-    model_members_clear(&members);
-    json_decref(made);
-    compute_model_clear(&model);
+    projected_clear(&projected);
     return document;
 }
 
