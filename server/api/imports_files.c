@@ -242,43 +242,58 @@ static void refuse_answered(struct import *import, const char *path,
     json_decref(problem);
 }
 
+/* A file as a request of its own. */
+struct upload {
+    struct api_request request;
+    struct api_response response;
+    struct api_call call;
+};
+
+static void open_upload(struct upload *upload, struct import *import,
+                        const struct import_given *given)
+{
+    const struct api_call *of = import->call;
+
+    *upload = (struct upload){.request = {.method = "POST",
+                                          .path = of->request->path,
+                                          .query = "",
+                                          .body = given->bytes,
+                                          .body_size = given->size,
+                                          .caller = of->request->caller}};
+    upload->call = (struct api_call){.api = of->api,
+                                     .request = &upload->request,
+                                     .response = &upload->response,
+                                     .unpack_left = &import->unpack_left};
+}
+
 /* Reads a mesh as an upload of its own; its format is that of the bytes, or else of the name. */
 static void take_mesh(struct import *import, struct import_given *given)
 {
     const char *dot = strrchr(given->path, '.');
-    struct api_request request = {.method = "POST",
-                                  .path = import->call->request->path,
-                                  .query = "",
-                                  .body = given->bytes,
-                                  .body_size = given->size,
-                                  .caller = import->call->request->caller};
-    struct api_response response = {0};
-    struct api_call call = {.api = import->call->api,
-                            .request = &request,
-                            .response = &response,
-                            .unpack_left = &import->unpack_left};
+    struct upload upload;
     struct compute_prepared prepared;
     struct store_mesh row;
     char name[NAME_SIZE], query[48];
     bool held;
 
+    open_upload(&upload, import, given);
     if (dot && strlen(dot) < 16 &&
         srnf_mesh_sniff(given->bytes, given->size) == SRNF_MESH_UNKNOWN &&
         srnf_mesh_format_from_name(dot + 1) != SRNF_MESH_UNKNOWN) {
         (void)snprintf(query, sizeof query, "format=%s", dot + 1);
-        request.query = query;
+        upload.request.query = query;
     }
     if (import->manifest && import->format && strlen(import->format) < 16) {
         (void)snprintf(query, sizeof query, "format=%s", import->format);
-        request.query = query;
+        upload.request.query = query;
     }
     import_name_of(given->path, name);
     if (import->manifest && import->name && strlen(import->name) < sizeof name &&
         !name_problem(import->name)) {
         (void)snprintf(name, sizeof name, "%s", import->name);
     }
-    if (!mesh_read_body(&call, name, &row, &prepared, &held)) {
-        refuse_answered(import, given->path, &response);
+    if (!mesh_read_body(&upload.call, name, &row, &prepared, &held)) {
+        refuse_answered(import, given->path, &upload.response);
     } else if (import->manifest && strcmp(row.id, import->id) != 0) {
         import_refuse(import, given->path, "not-as-described", IMPORT_CHANGED);
     } else {
@@ -290,7 +305,7 @@ static void take_mesh(struct import *import, struct import_given *given)
     }
     compute_prepared_clear(&prepared);
     store_mesh_clear(&row);
-    api_response_clear(&response);
+    api_response_clear(&upload.response);
 }
 
 static json_t *answer_of_volume(const char *path, const struct store_volume *row, bool held)
@@ -311,30 +326,21 @@ static json_t *answer_of_volume(const char *path, const struct store_volume *row
 /* Reads a label volume as an upload of its own. */
 static void take_volume(struct import *import, struct import_given *given)
 {
-    struct api_request request = {.method = "POST",
-                                  .path = import->call->request->path,
-                                  .query = "",
-                                  .body = given->bytes,
-                                  .body_size = given->size,
-                                  .caller = import->call->request->caller};
-    struct api_response response = {0};
-    struct api_call call = {.api = import->call->api,
-                            .request = &request,
-                            .response = &response,
-                            .unpack_left = &import->unpack_left};
+    struct upload upload;
     struct store_volume row;
     struct import_file *file;
     char name[NAME_SIZE];
     bool held, kept = false;
     int status;
 
+    open_upload(&upload, import, given);
     import_name_of(given->path, name);
     if (import->manifest && import->name && strlen(import->name) < sizeof name &&
         !name_problem(import->name)) {
         (void)snprintf(name, sizeof name, "%s", import->name);
     }
-    if (!volume_read_body(&call, name, &row, &held)) {
-        refuse_answered(import, given->path, &response);
+    if (!volume_read_body(&upload.call, name, &row, &held)) {
+        refuse_answered(import, given->path, &upload.response);
     } else if (import->manifest && strcmp(row.id, import->id) != 0) {
         import_refuse(import, given->path, "not-as-described", IMPORT_CHANGED);
     } else if (!held && import->room >= 0 && (import->room -= row.bytes) < 0) {
@@ -353,7 +359,7 @@ static void take_volume(struct import *import, struct import_given *given)
         note_put(import, file, given, status, kept);
     }
     store_volume_clear(&row);
-    api_response_clear(&response);
+    api_response_clear(&upload.response);
 }
 
 void import_take(struct import *import, struct import_given *given)

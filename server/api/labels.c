@@ -94,6 +94,27 @@ void labels_clear(struct labels *labels)
     labels->change = (struct store_labels){.name = NULL};
 }
 
+int labels_rename(struct store *store, const char *owner, const char *id, const char *name,
+                  char **held)
+{
+    const struct store_labels labels = {.name = name};
+    char *copy;
+    int status;
+
+    if (!name[0] || strcmp(*held ? *held : "", name) == 0) {
+        return STORE_OK;
+    }
+    copy = strdup(name);
+    status = copy ? store_label(store, owner, id, &labels) : STORE_NOMEM;
+    if (status != STORE_OK) {
+        free(copy);
+        return status;
+    }
+    free(*held);
+    *held = copy;
+    return STORE_OK;
+}
+
 void labels_set_tags(json_t *record, const char *tags)
 {
     json_t *array = json_loads(tags ? tags : "[]", 0, NULL);

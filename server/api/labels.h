@@ -23,6 +23,10 @@ void labels_clear(struct labels *labels);
 /* What is wrong with a tag, or NULL. */
 const char *label_tag_problem(const char *tag);
 
+/* Content that is sent again with a name takes it: *held, malloc, becomes that. "" leaves it. */
+int labels_rename(struct store *store, const char *owner, const char *id, const char *name,
+                  char **held);
+
 /* Sets the member tags of a record from the stored text. */
 void labels_set_tags(json_t *record, const char *tags);
 /* The entity tag of a record that changes with nothing but name and tags. */

@@ -210,27 +210,6 @@ bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *
     return parse_mesh(call, format, row, prepared);
 }
 
-/* A mesh sent again with a name takes it. */
-static int rename_held(struct store *store, struct store_mesh *row, const char *name)
-{
-    const struct store_labels labels = {.name = name};
-    char *copy;
-    int status;
-
-    if (!name[0] || strcmp(row->name ? row->name : "", name) == 0) {
-        return 0;
-    }
-    copy = strdup(name);
-    status = copy ? store_label(store, row->owner.name, row->id, &labels) : STORE_NOMEM;
-    if (status == 0) {
-        free(row->name);
-        row->name = copy;
-    } else {
-        free(copy);
-    }
-    return status;
-}
-
 bool mesh_keep_body(struct api_call *call, const char *name, struct store_mesh *row, bool *created)
 {
     struct store *store = call->api->config.store;
@@ -246,7 +225,7 @@ bool mesh_keep_body(struct api_call *call, const char *name, struct store_mesh *
     status = held ? store_mesh_mend(store, call->request->body, call->request->body_size)
                   : store_mesh_put(store, row, call->request->body, created);
     if (status == 0 && held) {
-        status = rename_held(store, row, name);
+        status = labels_rename(store, row->owner.name, row->id, name, &row->name);
     }
     if (status == 0 && !held) {
         compute_prepared_keep(call->api->config.jobs, store, row->owner.name, row->id, &prepared);

@@ -164,27 +164,6 @@ bool volume_read_body(struct api_call *call, const char *name, struct store_volu
     return parse_volume(call, row);
 }
 
-/* A volume sent again with a name takes it. */
-static int rename_held(struct store *store, struct store_volume *row, const char *name)
-{
-    const struct store_labels labels = {.name = name};
-    char *copy;
-    int status;
-
-    if (!name[0] || strcmp(row->name ? row->name : "", name) == 0) {
-        return 0;
-    }
-    copy = strdup(name);
-    status = copy ? store_label(store, row->owner.name, row->id, &labels) : STORE_NOMEM;
-    if (status == 0) {
-        free(row->name);
-        row->name = copy;
-    } else {
-        free(copy);
-    }
-    return status;
-}
-
 bool volume_keep_body(struct api_call *call, const char *name, struct store_volume *row,
                       bool *created)
 {
@@ -198,7 +177,7 @@ bool volume_keep_body(struct api_call *call, const char *name, struct store_volu
     }
     status = store_volume_put(store, row, call->request->body, created);
     if (status == 0 && !*created) {
-        status = rename_held(store, row, name);
+        status = labels_rename(store, row->owner.name, row->id, name, &row->name);
     }
     if (status != 0) {
         (void)problem_respond_store(call, status, NULL, "keeping the volume");
