@@ -20,6 +20,12 @@ void linear_copy(size_t n, const double *from, double *to);
 /* Diagonals over double[3][(L+1)^2]: a + b l (l + 1), and 0 for l = 0. */
 void linear_diagonal(size_t degree, double a, double b, double *diagonal);
 
+/* ---- All eigenvalues (eigenvalues.c) --------------------------------------------------------- */
+
+/* Those of a symmetric matrix of size_of rows, increasing; with vectors the matrix becomes those,
+   one a row. Only its upper triangle, as C sees it, is read. SRNF_ENOMEM, SRNF_ENUMERIC. */
+int linear_eigenvalues(size_t size_of, bool vectors, double *matrix, double *values);
+
 /* ---- The solvers ----------------------------------------------------------------------------- */
 
 /* A x = b for A given by its products. */

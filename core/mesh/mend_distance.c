@@ -6,25 +6,11 @@
  * Fix 1973).
  */
 #include "index.h"
+#include "mesh_geometry.h"
 
 struct one_way {
     double square, area, most; /* integral of the squared distance, area, largest distance */
 };
-
-static bool is_valid(const struct srnf_mesh *mesh)
-{
-    for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
-        if (mesh->faces[c] >= mesh->n_vertices) {
-            return false;
-        }
-    }
-    for (size_t i = 0; i < 3 * mesh->n_vertices; i++) {
-        if (!isfinite(mesh->vertices[i])) {
-            return false;
-        }
-    }
-    return true;
-}
 
 /* squares: of the distances of the vertices. */
 static void add_face(const struct srnf_mesh *mesh, const struct srnf_index *index,
@@ -82,7 +68,7 @@ int srnf_mesh_distance(const struct srnf_mesh *a, const struct srnf_mesh *b,
     int status;
 
     *distance = (struct srnf_mesh_distance){0.0, 0.0};
-    if (!is_valid(a) || !is_valid(b)) {
+    if (!mesh_is_finite(a) || !mesh_is_finite(b)) {
         return SRNF_EINVAL;
     }
     if (a->n_faces == 0 || b->n_faces == 0) {

@@ -17,6 +17,9 @@
    leave the range of a double. */
 #define SRNF_MESH_COORDINATE_MAX 1e100
 
+/* Whether indices are within range and coordinates finite (prepare.c). */
+bool mesh_is_finite(const struct srnf_mesh *mesh);
+
 static inline void vector_subtract(const double a[3], const double b[3], double out[3])
 {
     out[0] = a[0] - b[0];

@@ -32,12 +32,8 @@ struct candidate {
     struct srnf_mesh_report report;
 };
 
-/* Indices within range, coordinates finite, and few enough of both. */
-static bool mesh_is_valid(const struct srnf_mesh *mesh)
+bool mesh_is_finite(const struct srnf_mesh *mesh)
 {
-    if (mesh->n_faces > SRNF_MESH_FACES_MAX || mesh->n_vertices > SRNF_MESH_VERTICES_MAX) {
-        return false;
-    }
     for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
         if (mesh->faces[c] >= mesh->n_vertices) {
             return false;
@@ -49,6 +45,13 @@ static bool mesh_is_valid(const struct srnf_mesh *mesh)
         }
     }
     return true;
+}
+
+/* And few enough of both. */
+static bool mesh_is_valid(const struct srnf_mesh *mesh)
+{
+    return mesh->n_faces <= SRNF_MESH_FACES_MAX && mesh->n_vertices <= SRNF_MESH_VERTICES_MAX &&
+           mesh_is_finite(mesh);
 }
 
 static void origin_clear(struct srnf_mesh_origin *origin)

@@ -22,10 +22,10 @@
  * of the largest) counts as none.
  */
 #include "downdate.h"
+#include "linear/linear.h"
 #include "subjects.h"
 
 #include <float.h>
-#include <lapacke.h>
 #include <math.h>
 #include <string.h>
 
@@ -49,35 +49,6 @@ void srnf_calibration_clear(struct srnf_calibration *calibration)
 {
     srnf_free(calibration->values);
     *calibration = (struct srnf_calibration){0};
-}
-
-/* Eigenvectors in place, one a row, and eigenvalues in increasing order. */
-static int decompose(size_t size_of, double *matrix, double *values)
-{
-    lapack_int n = (lapack_int)size_of;
-    lapack_int work_size;
-    lapack_int iwork_size = 0;
-    lapack_int *iwork;
-    double size = 0.0;
-    double *work;
-    int status = SRNF_ENOMEM;
-
-    if (LAPACKE_dsyevd_work(LAPACK_COL_MAJOR, 'V', 'L', n, NULL, n, NULL, &size, -1, &iwork_size,
-                            -1)) {
-        return SRNF_ENUMERIC;
-    }
-    work_size = (lapack_int)size;
-    work = srnf_alloc((size_t)work_size, sizeof(double));
-    iwork = srnf_alloc((size_t)iwork_size, sizeof *iwork);
-    if (work && iwork) {
-        status = LAPACKE_dsyevd_work(LAPACK_COL_MAJOR, 'V', 'L', n, matrix, n, values, work,
-                                     work_size, iwork, iwork_size)
-                     ? SRNF_ENUMERIC
-                     : SRNF_OK;
-    }
-    srnf_free(work);
-    srnf_free(iwork);
-    return status;
 }
 
 /* Eigenvalues and scores above rounding, by the rule of pca.c. */
@@ -118,7 +89,7 @@ static int find_spectrum(struct calibration *c, const struct srnf_grid *grid, co
         status = stats_gram(c->n, size, weighted, c->gram, NULL);
     }
     srnf_free(weighted);
-    status = status ? status : decompose(c->n, c->gram, c->values);
+    status = status ? status : linear_eigenvalues(c->n, true, c->gram, c->values);
     if (status == SRNF_OK) {
         c->norm = sqrt(srnf_inner_product(grid, mean_q, mean_q));
         keep_sound(c);
@@ -239,7 +210,7 @@ static int leave_members_out(const struct calibration *c, size_t subject)
     a = scratch + 5 * r;
     if (r > 0) {
         remove_members(c, subject, scratch, a);
-        status = decompose(r, a, scratch + r);
+        status = linear_eigenvalues(r, true, a, scratch + r);
     }
     for (size_t m = s->start[subject]; m < s->start[subject + 1] && status == SRNF_OK; m++) {
         describe_member(c, s->members[m], t, scratch, a);

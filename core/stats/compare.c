@@ -189,19 +189,6 @@ struct block {
     double *rows;        /* [count][nuisance][3][P] */
 };
 
-/* The order of a permutation; number 0 is the identity. */
-static void find_order(const struct compare_run *run, uint64_t number, struct block *block)
-{
-    if (!run->exchange.test.exact) {
-        compare_permutation(run->seed, number, run->n, block->order);
-        return;
-    }
-    exchange_arrange(&run->exchange, number, block->source + run->n, block->source);
-    for (size_t i = 0; i < run->n; i++) {
-        block->order[block->source[i]] = (uint32_t)i;
-    }
-}
-
 static int open_block(struct block *block, const struct compare_run *run, size_t first,
                       size_t count)
 {
@@ -218,7 +205,7 @@ static int open_block(struct block *block, const struct compare_run *run, size_t
     for (size_t k = 0; k < count; k++) {
         double *c = block->contrasts + k * each * run->n;
 
-        find_order(run, first + k, block);
+        compare_relabel(&run->exchange, run->seed, first + k, run->n, block->source, block->order);
         permute(run->n, block->order, run->design.contrast, c);
         for (size_t u = 1; u < each; u++) {
             permute(run->n, block->order, run->design.basis + u * run->n, c + u * run->n);

@@ -52,5 +52,10 @@ size_t compare_kinds(const struct compare_averages *averages, size_t n_covariate
 
 /* A permutation of 0 .. n-1 from a seed and its number; number 0 is the identity. */
 void compare_permutation(uint64_t seed, uint64_t number, size_t n, uint32_t *order);
+/* The order [n] of one of all relabellings where those are taken, and else of such a permutation;
+   number 0 is the identity. source: [2 n] of scratch. */
+struct exchange;
+void compare_relabel(const struct exchange *exchange, uint64_t seed, uint64_t number, size_t n,
+                     size_t *source, uint32_t *order);
 
 #endif

@@ -205,3 +205,16 @@ void compare_permutation(uint64_t seed, uint64_t number, size_t n, uint32_t *ord
         order[j] = swap;
     }
 }
+
+void compare_relabel(const struct exchange *exchange, uint64_t seed, uint64_t number, size_t n,
+                     size_t *source, uint32_t *order)
+{
+    if (!exchange->test.exact) {
+        compare_permutation(seed, number, n, order);
+        return;
+    }
+    exchange_arrange(exchange, number, source + n, source);
+    for (size_t i = 0; i < n; i++) {
+        order[source[i]] = (uint32_t)i;
+    }
+}

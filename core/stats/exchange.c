@@ -13,6 +13,22 @@
 
 #define EXACT_MAX 1e9 /* products with counts, which are below 1e6, then are exact */
 #define ROUNDING 1e-9
+#define PERMUTATIONS_MAX ((size_t)10000000)
+#define BOOTSTRAPS_MIN ((size_t)100)
+#define BOOTSTRAPS_MAX ((size_t)100000)
+
+int stats_check_draws(size_t permutations, size_t bootstraps, struct srnf_error *error)
+{
+    if (permutations == 0 || permutations > PERMUTATIONS_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "permutations is %zu, not 1 to %zu", permutations,
+                         PERMUTATIONS_MAX);
+    }
+    if (bootstraps < BOOTSTRAPS_MIN || bootstraps > BOOTSTRAPS_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "bootstraps is %zu, not %zu to %zu", bootstraps,
+                         BOOTSTRAPS_MIN, BOOTSTRAPS_MAX);
+    }
+    return SRNF_OK;
+}
 
 void exchange_clear(struct exchange *e)
 {

@@ -16,45 +16,15 @@
  * calibrate.c, by an eigenproblem for each fold.
  */
 #include "norms.h"
+#include "linear/linear.h"
 
 #include <cblas.h>
 #include <float.h>
-#include <lapacke.h>
 #include <math.h>
 #include <string.h>
 
 #define ROOT_ROUNDING 64.0 /* as in calibrate.c */
 #define RESIDUAL_ROUNDING 1e-9
-
-/* Eigenvectors in place, one a row, and eigenvalues, increasing; those alone where not vectors. */
-static int decompose(size_t size_of, bool vectors, double *matrix, double *values)
-{
-    lapack_int n = (lapack_int)size_of;
-    lapack_int work_size;
-    lapack_int iwork_size = 0;
-    lapack_int *iwork;
-    double size = 0.0;
-    double *work;
-    char job = vectors ? 'V' : 'N';
-    int status = SRNF_ENOMEM;
-
-    if (LAPACKE_dsyevd_work(LAPACK_COL_MAJOR, job, 'L', n, NULL, n, NULL, &size, -1, &iwork_size,
-                            -1)) {
-        return SRNF_ENUMERIC;
-    }
-    work_size = (lapack_int)size;
-    work = srnf_alloc((size_t)work_size, sizeof(double));
-    iwork = srnf_alloc((size_t)iwork_size, sizeof *iwork);
-    if (work && iwork) {
-        status = LAPACKE_dsyevd_work(LAPACK_COL_MAJOR, job, 'L', n, matrix, n, values, work,
-                                     work_size, iwork, iwork_size)
-                     ? SRNF_ENUMERIC
-                     : SRNF_OK;
-    }
-    srnf_free(work);
-    srnf_free(iwork);
-    return status;
-}
 
 /* E'E, its upper triangle as C sees it, of the model's scores. */
 static int fill_scatter(const struct norms *norms, const struct norms_fold *fold, double *scatter)
@@ -90,7 +60,7 @@ int norms_count(const struct norms *norms, const struct norms_fold *fold, size_t
     double *values = scatter ? scatter + k * k : NULL;
     int status = scatter ? fill_scatter(norms, fold, scatter) : SRNF_ENOMEM;
 
-    status = status ? status : decompose(k, false, scatter, values);
+    status = status ? status : linear_eigenvalues(k, false, scatter, values);
     if (status == SRNF_OK) {
         for (size_t j = 0; j < k; j++) {
             values[k + j] = fmax(values[k - 1 - j], 0.0);
@@ -142,7 +112,7 @@ int norms_describe(const struct norms *norms, const struct norms_fold *fold, siz
     double *a = memory ? e + k : NULL;
     int status = memory ? fill_scatter(norms, fold, memory) : SRNF_ENOMEM;
 
-    status = status ? status : decompose(k, true, memory, mu);
+    status = status ? status : linear_eigenvalues(k, true, memory, mu);
     if (status == SRNF_OK) {
         struct spectrum spectrum = {
             .k = k,

@@ -24,10 +24,7 @@
 #include <string.h>
 
 #define PERMUTATIONS 10000
-#define PERMUTATIONS_MAX ((size_t)10000000)
 #define BOOTSTRAPS 1000
-#define BOOTSTRAPS_MIN ((size_t)100)
-#define BOOTSTRAPS_MAX ((size_t)100000)
 #define N_MAX ((size_t)10000)
 #define PROGRESS_ALIGN 0.8
 
@@ -47,17 +44,15 @@ void srnf_paired_clear(struct srnf_paired *paired)
 static int check(const struct srnf_pairs *pairs, const struct srnf_paired_options *options,
                  size_t size, struct srnf_error *error)
 {
+    int status;
+
     if (pairs->n < SRNF_PAIRS_MIN || pairs->n > N_MAX) {
         return srnf_fail(error, SRNF_EINVAL, -1, "%zu pairs; %zu to %zu are needed", pairs->n,
                          SRNF_PAIRS_MIN, N_MAX);
     }
-    if (options->permutations == 0 || options->permutations > PERMUTATIONS_MAX) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "permutations is %zu, not 1 to %zu",
-                         options->permutations, PERMUTATIONS_MAX);
-    }
-    if (options->bootstraps < BOOTSTRAPS_MIN || options->bootstraps > BOOTSTRAPS_MAX) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "bootstraps is %zu, not %zu to %zu",
-                         options->bootstraps, BOOTSTRAPS_MIN, BOOTSTRAPS_MAX);
+    status = stats_check_draws(options->permutations, options->bootstraps, error);
+    if (status) {
+        return status;
     }
     for (size_t k = 0; k < pairs->n * size; k++) {
         if (!isfinite(pairs->first_q[k]) || !isfinite(pairs->second_q[k])) {

@@ -31,10 +31,7 @@
 #include <math.h>
 
 #define PERMUTATIONS 10000
-#define PERMUTATIONS_MAX ((size_t)10000000)
 #define BOOTSTRAPS 1000
-#define BOOTSTRAPS_MIN ((size_t)100)
-#define BOOTSTRAPS_MAX ((size_t)100000)
 #define N_MAX ((size_t)10000)
 #define COLUMNS_MAX ((size_t)10000)
 /* Where the parts of a run end in its progress. */
@@ -73,6 +70,8 @@ void srnf_regression_clear(struct srnf_regression *r)
 static int check(size_t n, const struct srnf_regress_design *design,
                  const struct srnf_regress_options *options, struct srnf_error *error)
 {
+    int status;
+
     if (n < 4 || n > N_MAX) {
         return srnf_fail(error, SRNF_EINVAL, -1, "%zu surfaces; 4 to %zu are needed", n, N_MAX);
     }
@@ -80,13 +79,9 @@ static int check(size_t n, const struct srnf_regress_design *design,
         return srnf_fail(error, SRNF_EINVAL, -1, "%zu columns; at most %zu are taken",
                          design->columns, COLUMNS_MAX);
     }
-    if (options->permutations == 0 || options->permutations > PERMUTATIONS_MAX) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "permutations is %zu, not 1 to %zu",
-                         options->permutations, PERMUTATIONS_MAX);
-    }
-    if (options->bootstraps < BOOTSTRAPS_MIN || options->bootstraps > BOOTSTRAPS_MAX) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "bootstraps is %zu, not %zu to %zu",
-                         options->bootstraps, BOOTSTRAPS_MIN, BOOTSTRAPS_MAX);
+    status = stats_check_draws(options->permutations, options->bootstraps, error);
+    if (status) {
+        return status;
     }
     for (size_t k = 0; k < design->points * design->columns; k++) {
         if (!isfinite(design->at[k])) {

@@ -58,18 +58,6 @@ static size_t vector_of(const struct permuting *p, size_t row)
     return row < model->tested ? model->reduced + row : p->first + row - model->tested;
 }
 
-static void find_order(const struct regress_run *run, uint64_t number, struct block *block)
-{
-    if (!run->exchange.test.exact) {
-        compare_permutation(run->seed, number, run->n, block->order);
-        return;
-    }
-    exchange_arrange(&run->exchange, number, block->source + run->n, block->source);
-    for (size_t i = 0; i < run->n; i++) {
-        block->order[block->source[i]] = (uint32_t)i;
-    }
-}
-
 static int open_block(struct block *block, const struct permuting *p, size_t first, size_t count)
 {
     const struct regress_run *run = p->run;
@@ -86,7 +74,7 @@ static int open_block(struct block *block, const struct permuting *p, size_t fir
         return SRNF_ENOMEM;
     }
     for (size_t k = 0; k < count; k++) {
-        find_order(run, first + k, block);
+        compare_relabel(&run->exchange, run->seed, first + k, run->n, block->source, block->order);
         for (size_t r = 0; r < p->rows; r++) {
             const double *u = p->model->basis.vectors + vector_of(p, r) * n;
             double *c = block->vectors + (k * p->rows + r) * n;

@@ -39,6 +39,12 @@ SRNF_CHECKED int stats_run(const struct srnf_context *context, size_t count, sta
    status. */
 int stats_fail(struct srnf_error *error, int status, const struct srnf_error *first);
 
+/* ---- exchange.c ------------------------------------------------------------------------------ */
+
+/* How many permutations and draws of a bootstrap are taken: 1 to ten million, 100 to 100,000. */
+SRNF_CHECKED int stats_check_draws(size_t permutations, size_t bootstraps,
+                                   struct srnf_error *error);
+
 /* ---- part.c ---------------------------------------------------------------------------------- */
 
 /* Parts of a computation, one after the other, each with the share of the progress it costs. */

@@ -26,10 +26,7 @@
 #include <math.h>
 
 #define PERMUTATIONS 10000
-#define PERMUTATIONS_MAX ((size_t)10000000)
 #define BOOTSTRAPS 1000
-#define BOOTSTRAPS_MIN ((size_t)100)
-#define BOOTSTRAPS_MAX ((size_t)100000)
 #define N_MAX ((size_t)10000)
 /* Costs of the parts of a run, for its progress. */
 #define COST_LINES 0.4
@@ -99,20 +96,14 @@ static int check_numbers(const struct trajectory_run *run, struct srnf_error *er
 static int check(const struct trajectory_run *run, struct srnf_error *error)
 {
     const struct srnf_trajectories_options *options = run->options;
+    int status;
 
     if (run->visits->n > N_MAX) {
         return srnf_fail(error, SRNF_EINVAL, -1, "%zu surfaces; at most %zu are taken",
                          run->visits->n, N_MAX);
     }
-    if (options->permutations == 0 || options->permutations > PERMUTATIONS_MAX) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "permutations is %zu, not 1 to %zu",
-                         options->permutations, PERMUTATIONS_MAX);
-    }
-    if (options->bootstraps < BOOTSTRAPS_MIN || options->bootstraps > BOOTSTRAPS_MAX) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "bootstraps is %zu, not %zu to %zu",
-                         options->bootstraps, BOOTSTRAPS_MIN, BOOTSTRAPS_MAX);
-    }
-    return check_numbers(run, error);
+    status = stats_check_draws(options->permutations, options->bootstraps, error);
+    return status ? status : check_numbers(run, error);
 }
 
 /* All times lie near enough to each other, and predictions to them. */
