@@ -24,55 +24,15 @@
  *
  * D is estimated of the same data: the level holds in the limit of many subjects, and nearly so of
  * few (tests/core/stats/test_measured.c). All this needs the Gram matrix of z alone.
- *
- * Intervals draw subjects with their measurements (paired_bootstrap.c), those with a side that is
- * measured repeatedly and the others apart, so that each sample has as many that tell of the error;
- * those of F and of mean squares are of log-normal kind. The share 1 / (1 + 2 E / V) follows from
- * F. With i and e the squared lengths from the mean squares I and E to the ends of their intervals,
- * V has
- *
- *     (I - E -+ sqrt(i + e)) / w,
- *
- * with the lower end of I and the upper of E below, the others above (F. Graybill, C.-M. Wang,
- * "Confidence intervals on nonnegative linear combinations of variances", 1980; N. Ting et al.,
- * "Confidence intervals on linear combinations of variance components that are unrestricted in
- * sign", 1990). How E varies between fewer than 5 subjects no drawing tells: there are no
- * intervals.
  */
-#include "paired.h"
+#include "paired_measured.h"
 
 #include <cblas.h>
 #include <math.h>
-#include <stdatomic.h>
-#include <string.h>
 
-#define PERMUTATIONS_MAX ((size_t)10000000)
-#define BOOTSTRAPS_MIN ((size_t)100)
-#define BOOTSTRAPS_MAX ((size_t)100000)
 #define BLOCK ((size_t)32)
 #define ROUNDING 1e-14                /* of a mean square, beside the others */
 #define PERMUTING (UINT64_C(1) << 42) /* of the first permutation: beyond those of other draws */
-#define DRAWING (UINT64_C(1) << 43)   /* and of the first sample of subjects */
-
-struct measured_run {
-    const struct srnf_sht *sht;
-    const struct srnf_measurements *given;
-    const struct srnf_paired_options *options;
-    const struct srnf_context *context;
-    struct subjects subjects;
-    size_t n, count;     /* measurements; subjects */
-    size_t *of_side;     /* [count][2] measurements of each */
-    size_t *order;       /* [count] subjects, those with repeated measurements first */
-    double *gram;        /* [n][n] of z */
-    double *weight;      /* [count] w_s */
-    double *within;      /* [count] T_s */
-    double *about;       /* [count] a_s of what was observed */
-    double *differences; /* [count][count] products of the d_s, of z */
-    double sum;          /* W */
-    double observed;     /* F */
-    atomic_size_t as_large;
-    struct srnf_asymmetry_test *out;
-};
 
 /* ---- What is given --------------------------------------------------------------------------- */
 
@@ -80,14 +40,10 @@ static int check_numbers(const struct measured_run *run, struct srnf_error *erro
 {
     const struct srnf_measurements *given = run->given;
     const struct srnf_paired_options *options = run->options;
+    int status = stats_check_draws(options->permutations, options->bootstraps, error);
 
-    if (options->permutations == 0 || options->permutations > PERMUTATIONS_MAX) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "permutations is %zu, not 1 to %zu",
-                         options->permutations, PERMUTATIONS_MAX);
-    }
-    if (options->bootstraps < BOOTSTRAPS_MIN || options->bootstraps > BOOTSTRAPS_MAX) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "bootstraps is %zu, not %zu to %zu",
-                         options->bootstraps, BOOTSTRAPS_MIN, BOOTSTRAPS_MAX);
+    if (status) {
+        return status;
     }
     for (size_t i = 0; i < given->n; i++) {
         if (!(given->sizes[i] > 0.0 && isfinite(given->sizes[i]))) {
@@ -167,14 +123,6 @@ static void close_run(struct measured_run *run)
 
 /* ---- Sums ------------------------------------------------------------------------------------ */
 
-/* The part of a measurement in the difference of its subject's sides. */
-static double part_of(const struct measured_run *run, size_t subject, int side)
-{
-    double part = 1.0 / (double)run->of_side[2 * subject + (size_t)side];
-
-    return side ? part : -part;
-}
-
 /* The mean difference out of the Gram matrix of y. scratch: [2][n] */
 static void take_mean_out(struct measured_run *run, double *scratch)
 {
@@ -187,7 +135,7 @@ static void take_mean_out(struct measured_run *run, double *scratch)
     for (size_t i = 0; i < n; i++) {
         size_t s = run->subjects.of[i];
 
-        parts[i] = run->weight[s] * part_of(run, s, given->side[i]) / run->sum;
+        parts[i] = run->weight[s] * measured_part(run, s, given->side[i]) / run->sum;
     }
     cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)n, (int)n, 1.0, run->gram, (int)n, parts, 1, 0.0,
                 along, 1);
@@ -310,7 +258,7 @@ static int observe(struct measured_run *run, struct srnf_error *error)
         return SRNF_ENOMEM;
     }
     for (size_t i = 0; i < run->n; i++) {
-        parts[i] = part_of(run, run->subjects.of[i], given->side[i]);
+        parts[i] = measured_part(run, run->subjects.of[i], given->side[i]);
     }
     fill_within(run);
     for (size_t k = 0; k < run->count; k++) {
@@ -343,7 +291,7 @@ static void permute(const struct measured_run *run, size_t number, double *parts
         const size_t *members = s->members + s->start[k];
 
         for (size_t m = 0; m < s->size[k]; m++) {
-            parts[members[m]] = part_of(run, k, run->given->side[members[m]]);
+            parts[members[m]] = measured_part(run, k, run->given->side[members[m]]);
         }
         for (size_t m = s->size[k]; m-- > 1;) {
             size_t other = stats_below(run->options->seed, PERMUTING + number,
@@ -419,182 +367,6 @@ static void set_test(const struct measured_run *run)
     run->out->p_value = (1.0 + (double)atomic_load(&run->as_large)) / all;
 }
 
-/* ---- Intervals ------------------------------------------------------------------------------- */
-
-/* Products of the subjects' differences. scratch: [count][n] */
-static void fill_differences(struct measured_run *run, double *parts, double *scratch)
-{
-    size_t n = run->n;
-
-    for (size_t i = 0; i < n; i++) {
-        size_t s = run->subjects.of[i];
-
-        parts[s * n + i] = part_of(run, s, run->given->side[i]);
-    }
-    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)run->count, (int)n, (int)n, 1.0,
-                parts, (int)n, run->gram, (int)n, 0.0, scratch, (int)n);
-    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, (int)run->count, (int)run->count, (int)n,
-                1.0, scratch, (int)n, parts, (int)n, 0.0, run->differences, (int)run->count);
-}
-
-/* Mean squares of interaction and error of subjects drawn so often. values: [2] */
-static void draw(const struct measured_run *run, const double *counts, double *scratch,
-                 double values[2])
-{
-    size_t count = run->count;
-    double between = 0.0;
-    double inside = 0.0;
-    double sum = 0.0;
-    double freedom = 0.0;
-    double *weights = scratch + count;
-
-    for (size_t k = 0; k < count; k++) {
-        size_t measured = run->of_side[2 * k] + run->of_side[2 * k + 1];
-        double own = run->weight[k] * run->differences[k * count + k];
-
-        weights[k] = counts[k] * run->weight[k];
-        sum += weights[k];
-        between += counts[k] * own;
-        inside += counts[k] * (run->within[k] - own);
-        freedom += counts[k] * (double)(measured - 2);
-    }
-    cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)count, (int)count, 1.0, run->differences,
-                (int)count, weights, 1, 0.0, scratch, 1);
-    between -= cblas_ddot((int)count, weights, 1, scratch, 1) / sum;
-    values[0] = fmax(between, 0.0) / (double)(count - 1);
-    values[1] = fmax(inside, 0.0) / freedom;
-}
-
-/* V from a mean square of interaction; and the share of V from F. */
-static double root_of_excess(double excess, double w)
-{
-    return sqrt(fmax(excess, 0.0) / w);
-}
-
-static void set_fluctuating(const struct measured_run *run, const struct srnf_estimate *interaction,
-                            double w)
-{
-    struct srnf_asymmetry_test *out = run->out;
-    double excess = interaction->value - out->error;
-    double lower[2];
-    double upper[2];
-
-    for (size_t k = 0; k < 2; k++) {
-        double end = out->measured.interval[k];
-
-        lower[k] = k ? end * end - out->error : interaction->value - interaction->interval[0];
-        upper[k] = k ? interaction->interval[1] - interaction->value : out->error - end * end;
-    }
-    out->fluctuating.value = root_of_excess(excess, w);
-    out->fluctuating.interval[0] = root_of_excess(excess - hypot(lower[0], lower[1]), w);
-    out->fluctuating.interval[1] = root_of_excess(excess + hypot(upper[0], upper[1]), w);
-}
-
-static double share_of(double f, double w)
-{
-    double ratio = fmax(f - 1.0, 0.0) / w;
-
-    return ratio / (ratio + 2.0);
-}
-
-static void forget(struct srnf_estimate *estimate)
-{
-    estimate->interval[0] = estimate->interval[1] = NAN;
-}
-
-static void set_estimates(const struct measured_run *run, double *drawn)
-{
-    struct srnf_asymmetry_test *out = run->out;
-    size_t samples = run->options->bootstraps;
-    struct srnf_estimate interaction;
-    double squares = 0.0;
-    double w;
-
-    for (size_t k = 0; k < run->count; k++) {
-        squares += run->weight[k] * run->weight[k];
-    }
-    w = (run->sum - squares / run->sum) / (double)(run->count - 1);
-    paired_estimate(&interaction, out->interaction, false, false, samples, drawn);
-    paired_estimate(&out->measured, out->error, false, true, samples, drawn + samples);
-    paired_estimate(&out->f, run->observed, false, false, samples, drawn + 2 * samples);
-    set_fluctuating(run, &interaction, w);
-    out->repeatability.value = share_of(out->f.value, w);
-    for (size_t k = 0; k < 2; k++) {
-        out->repeatability.interval[k] = share_of(out->f.interval[k], w);
-    }
-    if (out->repeated < SRNF_PAIRS_MIN) {
-        forget(&out->f);
-        forget(&out->fluctuating);
-        forget(&out->measured);
-        forget(&out->repeatability);
-    }
-}
-
-/* Subjects with repeated measurements, then the others. */
-static void order_subjects(struct measured_run *run)
-{
-    size_t at = 0;
-
-    for (int again = 1; again >= 0; again--) {
-        for (size_t k = 0; k < run->count; k++) {
-            if ((run->of_side[2 * k] + run->of_side[2 * k + 1] > 2) == again) {
-                run->order[at++] = k;
-            }
-        }
-        run->out->repeated = again ? at : run->out->repeated;
-    }
-}
-
-/* How often each subject is in a sample. */
-static void draw_subjects(const struct measured_run *run, size_t sample, double *counts)
-{
-    size_t repeated = run->out->repeated;
-
-    memset(counts, 0, run->count * sizeof(double));
-    for (size_t i = 0; i < run->count; i++) {
-        size_t first = i < repeated ? 0 : repeated;
-        size_t of = i < repeated ? repeated : run->count - repeated;
-
-        counts[run->order[first + stats_below(run->options->seed, DRAWING + sample, (uint32_t)i,
-                                              (uint32_t)of)]] += 1.0;
-    }
-}
-
-static int find_intervals(struct measured_run *run, struct srnf_error *error)
-{
-    size_t count = run->count;
-    size_t samples = run->options->bootstraps;
-    double *parts = srnf_alloc(2 * count, run->n * sizeof(double));
-    double *counts = srnf_alloc(3, count * sizeof(double));
-    double *drawn = srnf_alloc(3, samples * sizeof(double));
-    int status = parts && counts && drawn ? SRNF_OK : SRNF_ENOMEM;
-
-    if (status == SRNF_OK) {
-        order_subjects(run);
-        fill_differences(run, parts, parts + count * run->n);
-    }
-    for (size_t k = 0; k < samples && status == SRNF_OK; k++) {
-        double values[2];
-        double more = (double)count / (double)(count - 1); /* a sample varies less */
-
-        draw_subjects(run, k, counts);
-        draw(run, counts, counts + count, values);
-        drawn[k] = more * values[0];
-        drawn[samples + k] = values[1];
-        drawn[2 * samples + k] = values[1] > 0.0 ? more * values[0] / values[1] : run->observed;
-        if (k % 64 == 0 && srnf_is_canceled(run->context)) {
-            status = srnf_fail(error, SRNF_ECANCELED, -1, "%s", srnf_strerror(SRNF_ECANCELED));
-        }
-    }
-    if (status == SRNF_OK) {
-        set_estimates(run, drawn);
-    }
-    srnf_free(parts);
-    srnf_free(counts);
-    srnf_free(drawn);
-    return status;
-}
-
 /* ---- The run --------------------------------------------------------------------------------- */
 
 int srnf_test_asymmetry(const struct srnf_sht *sht, const struct srnf_measurements *measurements,
@@ -624,7 +396,7 @@ int srnf_test_asymmetry(const struct srnf_sht *sht, const struct srnf_measuremen
         status = stats_run(context, blocks, run_block, &run,
                            (struct stats_progress){0.0, 1.0, "permuting measurements"}, &first);
     }
-    status = status ? status : find_intervals(&run, &first);
+    status = status ? status : measured_intervals(&run, &first);
     if (status == SRNF_OK) {
         set_test(&run);
         *found = made;
