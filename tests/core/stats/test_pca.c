@@ -358,6 +358,50 @@ static void the_largest_may_be_all(void **state)
     close_model(&m);
 }
 
+/* Fields without any structure, whose eigenvalues lie so near that forty rounds do not settle: each
+   value is off an eigenvalue by no more than its bound says, which is far above rounding here, and
+   above none that it stands for. */
+static void bounds_hold_where_nothing_settles(void **state)
+{
+    double bounds[LARGEST], tightest = 0.0, widest = 0.0;
+    struct test_random random = test_random_seed(7);
+    struct srnf_pca gram, largest;
+    struct group g;
+    double *mean_q, *q;
+
+    (void)state;
+    group_open_stars(&g, DEGREE, 1, 0.0);
+    mean_q = shapes_doubles(3 * g.points);
+    q = shapes_doubles(MANY * 3 * g.points);
+    for (size_t i = 0; i < MANY * 3 * g.points; i++) {
+        q[i] = test_random_uniform(&random, -1.0, 1.0);
+    }
+    stats_average(g.grid, MANY, q, mean_q);
+    assert_int_equal(srnf_pca_fit(g.grid, MANY, mean_q, q, 0, &gram), SRNF_OK);
+    assert_int_equal(srnf_pca_fit_largest(g.grid, MANY, mean_q, q, LARGEST, NULL, &largest, bounds),
+                     SRNF_OK);
+    assert_int_equal(largest.components, LARGEST);
+    for (size_t k = 0; k < LARGEST; k++) {
+        double off = INFINITY;
+
+        for (size_t j = 0; j < gram.components; j++) {
+            off = compare_min(off, fabs(largest.eigenvalues[k] - gram.eigenvalues[j]));
+        }
+        assert_true(off <= bounds[k] + 1e-13 * gram.eigenvalues[0]);
+        assert_true(largest.eigenvalues[k] <= gram.eigenvalues[k] * (1.0 + 1e-13));
+        tightest = compare_max(tightest, off / bounds[k]);
+        widest = compare_max(widest, bounds[k] / gram.eigenvalues[0]);
+    }
+    printf("# bounds up to %.1e of the largest eigenvalue; off by up to %.2f of a bound\n", widest,
+           tightest);
+    assert_true(widest > 1e-6);
+    srnf_pca_clear(&gram);
+    srnf_pca_clear(&largest);
+    srnf_free(q);
+    srnf_free(mean_q);
+    group_close(&g);
+}
+
 static void the_largest_do_not_depend_on_threads(void **state)
 {
     struct srnf_pca first = {0};
@@ -431,6 +475,7 @@ int main(void)
         cmocka_unit_test(samples_have_the_covariance_of_the_model),
         cmocka_unit_test(the_largest_are_those_of_the_gram_matrix),
         cmocka_unit_test(the_largest_may_be_all),
+        cmocka_unit_test(bounds_hold_where_nothing_settles),
         cmocka_unit_test(the_largest_do_not_depend_on_threads),
         cmocka_unit_test(refuses_what_it_cannot_take),
     };
