@@ -27,8 +27,9 @@
  * Memory, on a working grid of P nodes: 32 P bytes a subject for its warp, its chain, and 24 bytes
  * a node of the caller's grid for the field that is handed over. At the default degree, 12, P is
  * 4608 at least, and a subject takes 0.15 MB beside its chain of some 0.05. Tools, 1.2 MB a
- * subject, are kept up to options.keep_bytes and made anew for each use beyond: the same bits. With
- * options.scratch warps and chains are in memory up to options.held_bytes alone (mean_spill.c).
+ * subject, and .3 MB of what was evaluated, are kept up to options.keep_bytes, and made anew for
+ * each use beyond: the same bits. With options.scratch warps and chains are in memory up to
+ * options.held_bytes alone (mean_spill.c).
  */
 #include "mean.h"
 
@@ -87,6 +88,8 @@ static void clear_run(struct mean_run *run)
     srnf_free(run->subjects);
     srnf_free(run->q);
     mean_spill_clear(run);
+    tabulated_target_clear(&run->aim);
+    mean_places_clear(run);
     srnf_free(run->history);
     srnf_free(run->average);
     srnf_free(run->potentials);
@@ -115,6 +118,7 @@ static int create_grid(struct mean_run *run)
     if (status == SRNF_OK) {
         run->grid = srnf_sht_grid(run->work);
         run->points = stats_points(run->grid);
+        run->padded = (run->points + SRNF_LANES - 1) / SRNF_LANES * SRNF_LANES;
     }
     return status;
 }
@@ -125,8 +129,9 @@ static int create_warps(struct mean_run *run, const struct srnf_mean_options *op
 {
     int status = mean_spill_create(run, options);
 
+    status = status ? status : mean_places_create(run);
     run->center = srnf_alloc(3 * run->points, sizeof(double));
-    run->area = srnf_alloc(run->points, sizeof(double));
+    run->area = srnf_alloc(run->padded, sizeof(double));
     run->reference = srnf_alloc(3 * run->points, sizeof(double));
     run->average = srnf_alloc(3 * run->points, sizeof(double));
     if (status || !run->center || !run->area || !run->reference || !run->average) {
@@ -182,8 +187,7 @@ static int create_run(struct mean_run *run, const struct srnf_mean_options *opti
         !run->subjects || (!run->registered && !run->q) || !run->history) {
         return SRNF_ENOMEM;
     }
-    run->keeps =
-        run->registered && (double)run->n * mean_tools_bytes(run) <= (double)options->keep_bytes;
+    mean_tools_decide(run, options->keep_bytes);
     registration_nodes(run->grid, run->nodes, run->weight);
     return run->registered ? create_warps(run, options, error) : SRNF_OK;
 }
@@ -521,7 +525,8 @@ static int register_all(struct mean_run *run, struct srnf_error *error)
     int status;
 
     set_target(run);
-    status = register_elsewhere(run, progress, error);
+    status = mean_aim(run);
+    status = status ? status : register_elsewhere(run, progress, error);
     if (status == SRNF_SEARCH_HERE) {
         body = register_one;
         status = SRNF_OK;

@@ -34,12 +34,37 @@
 
 #define MEAN_BLOCK ((size_t)256) /* nodes that one body of a loop over all nodes works on */
 
+/* The Gauss-Newton matrix of a subject relative to N, below the diagonal and in `diagonal`, and one
+   factor U'U of matrix + s l (l + 1), on the diagonal and above: of the last rung s that was asked
+   for. */
+struct mean_matrix {
+    size_t unknowns, fields; /* all, and those of one kind of field */
+    double *square;          /* [unknowns][unknowns], by columns */
+    double *diagonal;
+    bool factored, regular;
+    long rung;
+};
+
 /* What evaluating and moving a subject takes. Must stay where it is. */
 struct mean_tools {
-    struct moving moving;
-    struct tabulated_moving table; /* that moving reads; none in exact mode */
-    struct level level;            /* of the steps; nothing is warped: empty */
+    struct moving moving;          /* in exact mode */
+    struct level level;            /* of the steps, in exact mode */
+    struct tabulated_moving table; /* in any other */
+    struct mean_matrix matrix;     /* of the steps; nothing is warped: empty */
+    double *samples;               /* [9][padded] q and its derivatives, where they are kept */
+    bool sampled;                  /* they are those of the points */
 };
+
+/* What one body at a time works with, and leaves nothing in. */
+struct mean_place {
+    atomic_flag taken;
+    bool temporary;
+    struct tabulated_fields fields; /* nothing is warped: empty */
+    struct cloud from, to;          /* of these, arrays of points belong to the subject */
+    double *memory;                 /* of both clouds */
+    double *vectors;                /* [3][unknowns] */
+};
+#define MEAN_PLACES ((size_t)32) /* as many threads find one that is there already */
 
 /* How a subject stands to the mean. */
 struct mean_stand {
@@ -81,26 +106,30 @@ struct mean_run {
     bool registered; /* false: the surfaces stay as they are parameterized */
     bool started;    /* the subjects hold registrations to start from */
     bool keeps;      /* tools from one iteration to the next */
+    bool remembers;  /* what was evaluated, too */
     size_t n, points;
+    size_t padded; /* points, up to a multiple of the lanes */
     size_t degree; /* of the fields of steps and of centring */
     const double *const *surfaces;
-    double *nodes, *weight;    /* [P][3], [P] */
-    double *mean_q, *previous; /* [3][P] */
-    double *average;           /* [3][P] of the fields that are tried, before it is the mean */
-    double *target;            /* [P][3] mean_q */
-    double norm2;              /* N */
-    double variance;           /* of the registered fields about mean_q, mean square */
-    struct srnf_warp centring; /* d: see mean_center.c */
-    double *center;            /* [P][3] d on the grid; NULL unless registered, like all below */
-    double *area;              /* [P] K, the Jacobian of d */
-    double *reference;         /* [P][3] sqrt(K) d */
+    double *nodes, *weight;      /* [P][3], [P] */
+    double *mean_q, *previous;   /* [3][P] */
+    double *average;             /* [3][P] of the fields that are tried, before it is the mean */
+    double *target;              /* [P][3] mean_q */
+    double norm2;                /* N */
+    double variance;             /* of the registered fields about mean_q, mean square */
+    struct srnf_warp centring;   /* d: see mean_center.c */
+    double *center;              /* [P][3] d on the grid; NULL unless registered, like all below */
+    double *area;                /* [padded] K, the Jacobian of d */
+    double *reference;           /* [P][3] sqrt(K) d */
+    struct tabulated_target aim; /* target and centre as mean_aim has seen them */
+    struct mean_place *places;   /* [MEAN_PLACES] */
     struct srnf_sht *analysis, *view; /* of the mean; see mean_change.c */
     double *centred, *old_centred;    /* [3][n_theta][n_phi] of view */
     struct mean_subject *subjects;    /* [n] */
     double *q;                        /* [n][3][P] where nothing is registered; else NULL */
     struct mean_spill *spill;         /* NULL: all is in memory */
     size_t held;                      /* subjects whose points are in memory: the first ones */
-    double *held_points;              /* [held]: gamma [P][3] and J [P], the warp on the grid */
+    double *held_points;              /* [held][4][padded]: gamma and J, the warp on the grid */
     double *potentials;               /* [n][2][(D+1)^2] of the Gauss-Newton step of each */
     double *taken;                    /* what is taken of them */
     const struct srnf_group_landmarks *landmarks; /* or NULL */
@@ -133,12 +162,54 @@ SRNF_CHECKED int mean_average_of(const struct mean_run *run, mean_body *body, vo
                                  size_t points, struct stats_progress progress, double *average,
                                  struct srnf_error *error);
 
-/* ---- mean_subject.c: one subject, for many at once; each writes only what is its own --------- */
+/* ---- mean_tools.c: what subjects are evaluated and moved with -------------------------------- */
 
-/* Bytes of the tools of one subject, about. */
-double mean_tools_bytes(const struct mean_run *run);
+/* What of the tools of all fits into so many bytes. */
+void mean_tools_decide(struct mean_run *run, size_t keep_bytes);
 /* Makes those that are kept. */
 SRNF_CHECKED int mean_prepare(const struct mean_run *run, size_t i);
+/* Those that are kept, or made for now, in *now. matrix: as well. To be closed. */
+SRNF_CHECKED int mean_tools_open(const struct mean_run *run, size_t i, bool matrix,
+                                 struct mean_tools *now, struct mean_tools **tools);
+void mean_tools_close(const struct mean_run *run, struct mean_tools *now);
+void mean_tools_clear(struct mean_tools *tools);
+/* step <- (matrix + damping)^-1 rhs, both [unknowns]; those that are not free stay 0. curvature: of
+   the Jacobian penalty. False: there is no factor. */
+bool mean_matrix_solve(const struct mean_run *run, struct mean_matrix *matrix, double curvature,
+                       const double *rhs, double *step);
+SRNF_CHECKED int mean_places_create(struct mean_run *run);
+void mean_places_clear(struct mean_run *run);
+/* One that nobody has; to be left. NULL: there is no memory for another. */
+struct mean_place *mean_place_take(const struct mean_run *run);
+void mean_place_leave(struct mean_place *place);
+
+/* ---- mean_measure.c: loops over nodes -------------------------------------------------------- */
+
+/* What measuring needs of mean, centre and area, which do not change before the next call. */
+SRNF_CHECKED int mean_aim(struct mean_run *run);
+/* Both rotations, energy and penalty of a subject whose q are in the cloud; its Jacobian is J / K.
+   */
+void mean_stand_at(const struct mean_run *run, const struct cloud *cloud, struct mean_stand *at);
+/* The penalty alone, and O' for it, of points whose Jacobian is J / K = ratio. */
+void mean_penalty_at(const struct mean_run *run, const double *const point[3], const double *ratio,
+                     struct mean_stand *at);
+/* ratio <- jacobian / area */
+void mean_divide(size_t padded, const double *jacobian, const double *area, double *ratio);
+/* field [3][n] <- O sqrt(J) q */
+void mean_lay_field(const double rotation[9], const double *jacobian, double *const q[3], size_t n,
+                    double *field);
+
+/* What moves the centre, X and S of mean_center.c and the curvature there. */
+struct mean_pull {
+    double *moment[3], *pressure, *stiffness; /* [padded] */
+};
+struct mean_points;
+/* What nodes of one subject add to it, times share. */
+void mean_gather(const double rotation[9], const struct mean_points *points, const double *area,
+                 double share, size_t first, size_t last, const struct mean_pull *pull);
+
+/* ---- mean_subject.c: one subject, for many at once; each writes only what is its own --------- */
+
 void mean_subject_clear(struct mean_subject *subject);
 /* Registers subject i to the mean from nothing: rotation and warp. */
 SRNF_CHECKED int mean_register(const struct mean_run *run, size_t i,
@@ -151,16 +222,24 @@ SRNF_CHECKED int mean_take_registered(const struct mean_run *run, size_t i,
                                       const double rotation[9], struct srnf_warp *warp);
 /* gamma and J on the grid from the chain. */
 SRNF_CHECKED int mean_replay(const struct mean_run *run, size_t i);
+/* The points as a cloud, which owns nothing. */
+struct cloud mean_cloud_of(const struct mean_run *run, const struct mean_points *points);
+/* Points as [P][3] and their Jacobians, and back. */
+void mean_points_out(const struct mean_run *run, const struct mean_points *points, double *gamma,
+                     double *jacobian);
+void mean_points_in(const struct mean_run *run, const double *gamma, const double *jacobian,
+                    const struct mean_points *points);
+
+/* ---- mean_look.c: the same ------------------------------------------------------------------- */
+
 /* O, energy and penalty against the target, where the subject is; field, or NULL: O sqrt(J)
    q(gamma), [3][P]; potentials, or NULL: the Gauss-Newton step of its own objective. */
 SRNF_CHECKED int mean_measure(const struct mean_run *run, size_t i, double *field,
                               double *potentials);
-/* The same, and the field, where a part of its step would take it, which stays untaken. taken gets
-   what there is of that. */
+/* The same, and the field, where a part of its step takes it. taken gets what there is of that,
+   which is no link of its chain yet: mean_replay goes back. */
 SRNF_CHECKED int mean_try(const struct mean_run *run, size_t i, double length,
                           const struct srnf_context *context, double *field);
-/* Takes it: gamma and J. */
-SRNF_CHECKED int mean_move(const struct mean_run *run, size_t i);
 /* The penalty alone, against the centre as it is. */
 SRNF_CHECKED int mean_penalize(const struct mean_run *run, size_t i);
 
@@ -170,10 +249,10 @@ SRNF_CHECKED int mean_penalize(const struct mean_run *run, size_t i);
 SRNF_CHECKED int mean_spill_create(struct mean_run *run, const struct srnf_mean_options *options);
 void mean_spill_clear(struct mean_run *run);
 
-/* The warp of one subject on the grid. */
+/* The warp of one subject on the grid; what is beyond P repeats the last point. */
 struct mean_points {
-    double *gamma, *jacobian; /* [P][3], [P] */
-    double *copy;             /* of these, where they are in scratch */
+    double *gamma[3], *jacobian; /* [padded] */
+    double *copy;                /* of these, where they are in scratch */
 };
 /* filled: as they are; else with whatever is there, to be filled. What was opened is kept or
    dropped. */
@@ -210,12 +289,11 @@ void mean_landmarks_start(struct mean_run *run, size_t start);
 /* Those that guide subject i. */
 struct srnf_landmarks mean_landmarks_of(const struct mean_run *run, size_t i);
 /* What is left of them, after a step of the fields that is not taken yet, or NULL. */
-SRNF_CHECKED int mean_landmarks_measure(const struct mean_run *run, size_t i,
-                                        const struct fields *fields, const double *step);
-/* From the step of subject i without landmarks to that with them. factor: of the matrix that the
-   step was found by. */
-SRNF_CHECKED int mean_landmarks_correct(const struct mean_run *run, size_t i, const double *factor,
-                                        size_t unknowns, double *step);
+SRNF_CHECKED int mean_landmarks_measure(const struct mean_run *run, size_t i, const double *step);
+/* From the step of subject i without landmarks to that with them. matrix, curvature: that the step
+   was found by. */
+SRNF_CHECKED int mean_landmarks_correct(const struct mean_run *run, size_t i,
+                                        struct mean_matrix *matrix, double curvature, double *step);
 /* The mean's move to where the squared angles to those of the subjects are least, by one step or
    to the end; exact ones stay. */
 SRNF_CHECKED int mean_landmarks_follow(struct mean_run *run, bool to_the_end,

@@ -49,8 +49,7 @@ struct center {
     double *moments;               /* [blocks][3][count]: gradients, curls, divergence */
     double *curvature;             /* [blocks] of the Jacobian penalty */
     double *potentials;            /* [2][count] of v */
-    double *pull;                  /* [P][3] X */
-    double *pressure, *stiffness;  /* [P] S, and the curvature there */
+    struct mean_pull pull;         /* X, S, and the curvature */
     double *old_center, *old_area; /* before the step */
 };
 
@@ -75,39 +74,19 @@ static int open_one(void *argument, size_t index, const struct srnf_context *con
     return mean_points_open(g->center->run, g->first + index, true, &g->points[index]);
 }
 
-/* What subject i adds to X, to S and to the curvature at node k. */
-static void add_node(const struct center *center, size_t i, const struct mean_points *points,
-                     size_t k)
-{
-    const struct mean_run *run = center->run;
-    const double *o = run->subjects[i].at.displacement;
-    const double *p = points->gamma + 3 * k;
-    double root = sqrt(points->jacobian[k]) / (double)run->n;
-    double u = points->jacobian[k] / run->area[k];
-    double l = log(u);
-
-    for (size_t c = 0; c < 3; c++) {
-        center->pull[3 * k + c] +=
-            root * (o[3 * c] * p[0] + o[3 * c + 1] * p[1] + o[3 * c + 2] * p[2]);
-    }
-    center->pressure[k] += l * l * l * (4.0 * (1.0 + u) - l) / (double)run->n;
-    center->stiffness[k] +=
-        (u * l * l * l * l + 8.0 * fabs(u * l * l * l) + 12.0 * (1.0 + u) * l * l) / (double)run->n;
-}
-
 static int add_block(void *argument, size_t block, const struct srnf_context *context,
                      struct srnf_error *error)
 {
     const struct gathering *g = argument;
+    const struct mean_run *run = g->center->run;
     size_t first = block * MEAN_BLOCK;
-    size_t left = g->center->run->points - first;
+    size_t last = first + MEAN_BLOCK < run->padded ? first + MEAN_BLOCK : run->padded;
 
     (void)context;
     (void)error;
     for (size_t i = 0; i < g->count; i++) {
-        for (size_t k = first; k < first + (left < MEAN_BLOCK ? left : MEAN_BLOCK); k++) {
-            add_node(g->center, g->first + i, &g->points[i], k);
-        }
+        mean_gather(run->subjects[g->first + i].at.displacement, &g->points[i], run->area,
+                    1.0 / (double)run->n, first, last, &g->center->pull);
     }
     return SRNF_OK;
 }
@@ -145,10 +124,11 @@ static void load_block(struct center *center, size_t block, size_t first, size_t
         double area = run->area[first + k];
         double b = 2.0 * center->displacement * weight * sqrt(area);
         double a = center->jacobian * weight * area;
-        const double *x = center->pull + 3 * (first + k);
+        double *const *moment = center->pull.moment;
+        const double x[3] = {moment[0][first + k], moment[1][first + k], moment[2][first + k]};
 
-        value[k] = 0.5 * b * vector_dot(x, d) + a * center->pressure[first + k];
-        center->curvature[block] += a * center->stiffness[first + k] / (4.0 * SRNF_PI);
+        value[k] = 0.5 * b * vector_dot(x, d) + a * center->pull.pressure[first + k];
+        center->curvature[block] += a * center->pull.stiffness[first + k] / (4.0 * SRNF_PI);
         vector_cross(x, d, turned + 3 * k); /* <X, d x g> = <X x d, g> */
         for (size_t c = 0; c < 3; c++) {
             gradient[3 * k + c] = b * x[c];
@@ -246,7 +226,7 @@ static int move_center(struct mean_run *run, const struct srnf_warp *warp, struc
 int mean_place_center(struct mean_run *run, struct srnf_error *error)
 {
     memcpy(run->center, run->nodes, 3 * run->points * sizeof(double));
-    for (size_t k = 0; k < run->points; k++) {
+    for (size_t k = 0; k < run->padded; k++) {
         run->area[k] = 1.0;
     }
     return move_center(run, &run->centring, error);
@@ -262,7 +242,11 @@ static int penalize_one(void *argument, size_t i, const struct srnf_context *con
 
 static int penalize_all(struct mean_run *run, struct srnf_error *error)
 {
-    return stats_run(run->context, run->n, penalize_one, run, (struct stats_progress){0}, error);
+    int status = mean_aim(run);
+
+    return status ? status
+                  : stats_run(run->context, run->n, penalize_one, run, (struct stats_progress){0},
+                              error);
 }
 
 /* Whether no area has changed too much under the step. */
@@ -334,8 +318,8 @@ static int create(struct center *center, struct mean_run *run)
     if (!(center->displacement > 0.0)) { /* keeps the second derivative positive */
         center->displacement = center->penalized ? center->jacobian : 1.0;
     }
-    center->moments =
-        srnf_alloc((3 * count + 1) * blocks + 2 * count + 9 * run->points, sizeof(double));
+    center->moments = srnf_alloc(
+        (3 * count + 1) * blocks + 2 * count + 4 * run->points + 5 * run->padded, sizeof(double));
     if (!center->moments) {
         return SRNF_ENOMEM;
     }
@@ -343,9 +327,11 @@ static int create(struct center *center, struct mean_run *run)
     center->potentials = center->curvature + blocks;
     center->old_center = center->potentials + 2 * count;
     center->old_area = center->old_center + 3 * run->points;
-    center->pull = center->old_area + run->points;
-    center->pressure = center->pull + 3 * run->points;
-    center->stiffness = center->pressure + run->points;
+    center->pull.pressure = center->old_area + run->points;
+    center->pull.stiffness = center->pull.pressure + run->padded;
+    for (size_t c = 0; c < 3; c++) {
+        center->pull.moment[c] = center->pull.stiffness + (1 + c) * run->padded;
+    }
     return SRNF_OK;
 }
 

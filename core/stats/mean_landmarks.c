@@ -26,7 +26,6 @@
 
 #include "registration/landmarks.h"
 
-#include <lapacke.h>
 #include <math.h>
 #include <string.h>
 
@@ -158,13 +157,13 @@ static int carry(const struct mean_run *run, size_t i, size_t n, double *points)
 
 /* ---- Their part in G ------------------------------------------------------------------------- */
 
-int mean_landmarks_measure(const struct mean_run *run, size_t i, const struct fields *fields,
-                           const double *step)
+int mean_landmarks_measure(const struct mean_run *run, size_t i, const double *step)
 {
     struct mean_stand *at = &run->subjects[i].at;
     size_t m = mean_is_guided(run) && !isinf(run->landmarks->weight) ? run->landmarks->guiding : 0;
     double *points = m ? srnf_alloc((4 + FIELDS_SCRATCH) * m, sizeof(double)) : NULL;
     double *jacobian = points ? points + 3 * m : NULL;
+    struct fields fields = {0};
     int status = m && !points ? SRNF_ENOMEM : SRNF_OK;
 
     at->apart = 0.0;
@@ -174,11 +173,15 @@ int mean_landmarks_measure(const struct mean_run *run, size_t i, const struct fi
     memcpy(points, run->marks, 3 * m * sizeof(double));
     status = carry(run, i, m, points);
     if (status == SRNF_OK && step) {
+        status = fields_create(&fields, run->degree, run->context);
+    }
+    if (status == SRNF_OK && step) {
         for (size_t j = 0; j < m; j++) {
             jacobian[j] = 1.0; /* that nobody asks for */
         }
-        (void)fields_apply(fields, step, m, points, jacobian, points, jacobian, jacobian + m);
+        (void)fields_apply(&fields, step, m, points, jacobian, points, jacobian, jacobian + m);
     }
+    fields_clear(&fields);
     for (size_t j = 0; j < m && status == SRNF_OK; j++) {
         double angle = landmarks_angle(points + 3 * j, own(run, i) + 3 * j);
 
@@ -189,26 +192,23 @@ int mean_landmarks_measure(const struct mean_run *run, size_t i, const struct fi
 }
 
 struct factored {
-    const double *factor;
-    size_t unknowns; /* those of the value rotation are not among them where it is fixed */
-    size_t all;
+    const struct mean_run *run;
+    struct mean_matrix *matrix;
+    double curvature;
 };
 
 static bool solve_factored(void *system, const double *rhs, double *out)
 {
     const struct factored *f = system;
-    lapack_int n = (lapack_int)f->unknowns;
 
-    linear_copy(f->unknowns, rhs, out);
-    memset(out + f->unknowns, 0, (f->all - f->unknowns) * sizeof(double));
-    return LAPACKE_dpotrs_work(LAPACK_COL_MAJOR, 'L', n, 1, f->factor, n, out, n) == 0;
+    return mean_matrix_solve(f->run, f->matrix, f->curvature, rhs, out);
 }
 
-int mean_landmarks_correct(const struct mean_run *run, size_t i, const double *factor,
-                           size_t unknowns, double *step)
+int mean_landmarks_correct(const struct mean_run *run, size_t i, struct mean_matrix *matrix,
+                           double curvature, double *step)
 {
     const struct srnf_landmarks pairs = mean_landmarks_of(run, i);
-    struct factored system = {factor, unknowns, registration_unknowns(run->degree)};
+    struct factored system = {run, matrix, curvature};
     struct landmark_track track = {.landmarks = NULL};
     struct srnf_warp chain = {0};
     int status = mean_chain_open(run, i, &chain);

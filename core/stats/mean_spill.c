@@ -86,7 +86,7 @@ int mean_chain_read(const double *numbers, size_t count, struct srnf_warp *chain
 
 static size_t page_bytes(const struct mean_run *run)
 {
-    return 4 * run->points * sizeof(double);
+    return 4 * run->padded * sizeof(double);
 }
 
 int mean_spill_create(struct mean_run *run, const struct srnf_mean_options *options)
@@ -120,14 +120,13 @@ void mean_spill_clear(struct mean_run *run)
 
 int mean_points_open(const struct mean_run *run, size_t i, bool filled, struct mean_points *points)
 {
+    double *page = i < run->held ? run->held_points + 4 * i * run->padded : NULL;
     int status = SRNF_OK;
 
     *points = (struct mean_points){0};
-    if (i < run->held) {
-        points->gamma = run->held_points + 4 * i * run->points;
-    } else {
-        points->gamma = points->copy = srnf_alloc(1, page_bytes(run));
-        if (!points->copy) {
+    if (!page) {
+        page = points->copy = srnf_alloc(1, page_bytes(run));
+        if (!page) {
             return SRNF_ENOMEM;
         }
         if (filled) {
@@ -135,7 +134,10 @@ int mean_points_open(const struct mean_run *run, size_t i, bool filled, struct m
                                            page_bytes(run));
         }
     }
-    points->jacobian = points->gamma + 3 * run->points;
+    for (size_t c = 0; c < 3; c++) {
+        points->gamma[c] = page + c * run->padded;
+    }
+    points->jacobian = page + 3 * run->padded;
     if (status) {
         mean_points_drop(points);
     }

@@ -4,16 +4,16 @@
  * mu is the average of the registered fields, a function of the warps, so G is a function of the
  * warps alone; since mu is its minimum, the derivative of G along a left step of subject i is that
  * of the subject's own objective with mu held fixed. Each subject takes the Gauss-Newton step of
- * its own objective, all at once; then the mean follows. Steps are tried first: if G does not fall,
- * halves of them are; the step of one subject is shortened by itself until its Jacobian is at least
- * one half on the grid (between the nodes it then stays positive). If nothing lowers G, nothing
- * moves.
+ * its own objective, all at once; then the mean follows. If G does not fall, all go back along
+ * their chains, and halves of the steps are tried; the step of one subject is shortened by itself
+ * until its Jacobian is at least one half on the grid (between the nodes it then stays positive).
+ * If nothing lowers G, nothing moves.
  *
  * One step an iteration, not a whole registration: what further steps toward a mean that stands
  * still would gain, the mean would take back by moving.
  *
- * Cost: for each subject two evaluations of f and two of its fields at P points, one adjoint, one
- * Cholesky factor; all of it in parallel over the subjects. Tools that are not kept are made twice.
+ * Cost: for each subject one field moved, one right-hand side, and one evaluation of q at P points,
+ * or two where tools are not kept but made twice; all of it in parallel over the subjects.
  */
 #include "mean.h"
 
@@ -44,19 +44,19 @@ static int try_one(void *argument, size_t i, double *field, const struct srnf_co
     return mean_try(trial->run, i, trial->length, context, field);
 }
 
-static int move_one(void *argument, size_t i, const struct srnf_context *context,
-                    struct srnf_error *error)
+static int go_back_one(void *argument, size_t i, const struct srnf_context *context,
+                       struct srnf_error *error)
 {
     (void)context;
     (void)error;
-    return mean_move(argument, i);
+    return mean_replay(argument, i);
 }
 
-/* All move, and the step becomes a link of every chain. */
-static int keep_step(struct mean_run *run, struct srnf_error *error)
+/* The step becomes a link of every chain. */
+static int keep_step(struct mean_run *run)
 {
     size_t count = srnf_coefficient_count(run->degree);
-    int status = stats_run(run->context, run->n, move_one, run, (struct stats_progress){0}, error);
+    int status = SRNF_OK;
 
     for (size_t i = 0; i < run->n && status == SRNF_OK; i++) {
         status = mean_chain_step(run, i, run->taken + 2 * i * count);
@@ -70,8 +70,9 @@ int mean_descend(struct mean_run *run, struct stats_progress progress, struct sr
     const struct stats_progress quiet = {0};
     struct trial trial = {run, 1.0};
     double before;
-    int status = stats_run(run->context, run->n, measure_one, run, quiet, error);
+    int status = mean_aim(run);
 
+    status = status ? status : stats_run(run->context, run->n, measure_one, run, quiet, error);
     before = mean_measured(run);
     for (size_t i = 0; i < run->n; i++) {
         run->subjects[i].before = run->subjects[i].at;
@@ -86,11 +87,12 @@ int mean_descend(struct mean_run *run, struct stats_progress progress, struct sr
         variance = mean_variance_about(run, run->average);
         if (mean_objective(run, variance) < before) {
             mean_adopt(run, variance);
-            return keep_step(run, error);
+            return keep_step(run);
         }
         for (size_t i = 0; i < run->n; i++) {
             run->subjects[i].at = run->subjects[i].before;
         }
+        status = stats_run(run->context, run->n, go_back_one, run, quiet, error);
         trial.length *= 0.5;
     }
     return status;
