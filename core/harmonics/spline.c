@@ -14,7 +14,7 @@
 
 #include <math.h>
 
-#define SIDE ((size_t)4) /* circles that are filtered together */
+#define SIDE ((size_t)8) /* circles that are filtered together, so that none waits for itself */
 #define HORIZON 1e-15    /* z^k that counts no more */
 
 /* Poles of the kernels of 4, 6 and 8 nodes inside the unit circle, largest first. */
@@ -153,6 +153,8 @@ SRNF_HOT static void filter_lines(double *x, size_t length, size_t side, size_t 
 
         if (side == SIDE) {
             filter_pole(x, length, SIDE, z, gain);
+        } else if (side == SIDE / 2) {
+            filter_pole(x, length, SIDE / 2, z, gain);
         } else {
             filter_pole(x, length, side, z, gain);
         }
@@ -185,7 +187,7 @@ static void filter_rows(struct sphere_spline *s)
     }
 }
 
-/* Node i of the great circles through columns k .. k + 3: the far side comes back from the
+/* Node i of the great circles through columns k, k + 1, ..: the far side comes back from the
    south. */
 static double *circle_node(const struct sphere_spline *s, size_t i, size_t k)
 {
@@ -203,29 +205,29 @@ static void add_nodes(size_t nodes, const double *from, double *to)
 /* transposed: the poles of the far side, which the filter does not read but fills, come first. */
 static void filter_circles(struct sphere_spline *s, bool transposed)
 {
-    size_t width = SIDE * SPLINE_WIDTH;
-
     for (size_t k = 0; k < s->rows; k += SIDE) {
+        size_t side = s->rows - k < SIDE ? s->rows - k : SIDE;
+        size_t width = side * SPLINE_WIDTH;
         double *north = sphere_spline_node(s, 0, k + s->rows);
         double *south = sphere_spline_node(s, s->rows, k + s->rows);
 
         for (size_t i = 0; i < s->columns; i++) {
-            memcpy(s->lines + i * width, circle_node(s, i, k), nodes_bytes(SIDE));
+            memcpy(s->lines + i * width, circle_node(s, i, k), nodes_bytes(side));
         }
         if (transposed) {
-            add_nodes(SIDE, north, s->lines);
-            add_nodes(SIDE, south, s->lines + s->rows * width);
+            add_nodes(side, north, s->lines);
+            add_nodes(side, south, s->lines + s->rows * width);
         }
-        filter_lines(s->lines, s->columns, SIDE, s->order);
+        filter_lines(s->lines, s->columns, side, s->order);
         for (size_t i = 0; i < s->columns; i++) {
-            memcpy(circle_node(s, i, k), s->lines + i * width, nodes_bytes(SIDE));
+            memcpy(circle_node(s, i, k), s->lines + i * width, nodes_bytes(side));
         }
         if (transposed) {
-            memset(north, 0, nodes_bytes(SIDE));
-            memset(south, 0, nodes_bytes(SIDE));
+            memset(north, 0, nodes_bytes(side));
+            memset(south, 0, nodes_bytes(side));
         } else {
-            memcpy(north, s->lines, nodes_bytes(SIDE));
-            memcpy(south, s->lines + s->rows * width, nodes_bytes(SIDE));
+            memcpy(north, s->lines, nodes_bytes(side));
+            memcpy(south, s->lines + s->rows * width, nodes_bytes(side));
         }
     }
 }
