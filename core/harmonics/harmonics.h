@@ -53,13 +53,26 @@ void sphere_clenshaw_curtis(size_t n, long double *scratch, double *theta, doubl
 
 /*
  * legendre.c: normalized associated Legendre functions of one colatitude, p[l (l + 1) / 2 + m] with
- * the normalization of the complex harmonics (no factor sqrt 2), for 0 <= m <= l <= degree.
+ * the normalization of the complex harmonics (no factor sqrt 2), for 0 <= m <= l <= degree. What
+ * does not depend on the colatitude are LEGENDRE_FACTORS roots for each p, which a table of many
+ * rows computes once.
  */
-void sphere_legendre(size_t degree, double cosine, double sine, double *p);
+enum {
+    LEGENDRE_RECUR,
+    LEGENDRE_BEFORE,
+    LEGENDRE_THETA_DOWN,
+    LEGENDRE_THETA_UP,
+    LEGENDRE_PHI_SCALE,
+    LEGENDRE_PHI_DOWN,
+    LEGENDRE_PHI_UP,
+    LEGENDRE_FACTORS
+};
+void sphere_legendre_factors(size_t degree, double *factors);
+void sphere_legendre(size_t degree, const double *factors, double cosine, double sine, double *p);
 /* From p, at the same colatitude: dP_lm/dtheta and m P_lm / sin theta of the real harmonics (sqrt 2
    included). */
-void sphere_legendre_gradient(const double *p, size_t l, size_t m, double *d_theta,
-                              double *m_over_sin);
+void sphere_legendre_gradient(const double *factors, const double *p, size_t l, size_t m,
+                              double *d_theta, double *m_over_sin);
 
 /*
  * kernel.c: out[column][row] = sum_k table[k][row] x[k][column] over k = first, first + 2, ... <

@@ -20,13 +20,16 @@ static size_t orders_total(size_t degree)
     return (degree + 1) * (degree + 2) / 2;
 }
 
-/* Fills both tables, one northern row after the other. p: scratch, orders_total(degree). */
+/* Fills both tables, one northern row after the other. p: scratch, 1 + LEGENDRE_FACTORS times
+   orders_total(degree). */
 static void fill_tables(struct srnf_sht *sht, double *p)
 {
     size_t degree = sht->degree;
+    double *factors = p + orders_total(degree);
 
+    sphere_legendre_factors(degree, factors);
     for (size_t row = 0; row < sht->north; row++) {
-        sphere_legendre(degree, sht->grid.cos_theta[row], sht->grid.sin_theta[row], p);
+        sphere_legendre(degree, factors, sht->grid.cos_theta[row], sht->grid.sin_theta[row], p);
         for (size_t m = 0; m <= degree; m++) {
             size_t offset = sphere_order_offset(degree, m);
 
@@ -38,7 +41,7 @@ static void fill_tables(struct srnf_sht *sht, double *p)
                 double *spin = sht->spin + k * 2 * sht->half_rows;
 
                 if (l > 0) {
-                    sphere_legendre_gradient(p, l, m, &d_theta, &m_over_sin);
+                    sphere_legendre_gradient(factors, p, l, m, &d_theta, &m_over_sin);
                 }
                 sht->scalar[k * sht->scalar_rows + row] = factor * p[l * (l + 1) / 2 + m];
                 spin[row] = 0.5 * (d_theta - m_over_sin);
@@ -148,7 +151,7 @@ int srnf_sht_create(struct srnf_sht **out, size_t degree, enum srnf_grid_kind ki
     sht->scalar_rows = round_up(sht->north, 8);
     sht->scalar = srnf_alloc(orders_total(degree) * sht->scalar_rows, sizeof(double));
     sht->spin = srnf_alloc(orders_total(degree) * 2 * sht->half_rows, sizeof(double));
-    p = srnf_alloc(orders_total(degree), sizeof(double));
+    p = srnf_alloc((1 + LEGENDRE_FACTORS) * orders_total(degree), sizeof(double));
     if (!sht->scalar || !sht->spin || !p) {
         goto out;
     }

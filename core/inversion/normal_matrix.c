@@ -99,20 +99,24 @@ void normal_matrix_order(size_t degree, size_t *order)
 
 static int fill_table(struct assembly *a, const struct srnf_grid *grid)
 {
-    double *p = srnf_alloc((a->degree + 1) * (a->degree + 2) / 2, sizeof(double));
+    size_t orders = (a->degree + 1) * (a->degree + 2) / 2;
+    double *p = srnf_alloc((1 + LEGENDRE_FACTORS) * orders, sizeof(double));
+    double *factors;
 
     if (!p) {
         return SRNF_ENOMEM;
     }
+    factors = p + orders;
+    sphere_legendre_factors(a->degree, factors);
     for (size_t i = 0; i < a->rows; i++) {
         double *column = a->table + i;
 
-        sphere_legendre(a->degree, grid->cos_theta[i], grid->sin_theta[i], p);
+        sphere_legendre(a->degree, factors, grid->cos_theta[i], grid->sin_theta[i], p);
         for (size_t m = 0; m <= a->degree; m++) {
             for (size_t l = least_degree(m); l <= a->degree; l++, column += 2 * a->rows) {
                 double scale = 1.0 / sqrt((double)(l * (l + 1)));
 
-                sphere_legendre_gradient(p, l, m, &column[0], &column[a->rows]);
+                sphere_legendre_gradient(factors, p, l, m, &column[0], &column[a->rows]);
                 column[0] *= scale;
                 column[a->rows] *= scale;
             }

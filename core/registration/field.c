@@ -102,36 +102,44 @@ int srnf_register_to_field_landmarks(const struct srnf_sht *sht, const double *f
                                           rotation, warp, error);
 }
 
+/* A vector turned by O. */
+static void turn(const double o[9], const double x[3], double scale, size_t n, double *out)
+{
+    for (size_t k = 0; k < 3; k++) {
+        out[k * n] = scale * (o[3 * k] * x[0] + o[3 * k + 1] * x[1] + o[3 * k + 2] * x[2]);
+    }
+}
+
 int registration_lay(const struct srnf_sht *sht, enum srnf_representation representation,
                      const double *moving, const double rotation[9], const struct srnf_warp *warp,
                      const struct srnf_context *context, double *points, double *jacobian,
-                     double *q)
+                     double *q, double *f)
 {
     size_t degree = srnf_sht_degree(sht);
     size_t n = srnf_sht_grid(sht)->n_theta * srnf_sht_grid(sht)->n_phi;
     struct moving m = {0};
-    struct samples samples = {0};
-    int status;
+    double *values = srnf_alloc(3 * n, sizeof(double));
+    int status = values ? SRNF_OK : SRNF_ENOMEM;
 
     registration_nodes(srnf_sht_grid(sht), points, jacobian);
-    status = warp_apply(warp, context, n, points, points, jacobian);
+    for (size_t i = 0; i < n; i++) {
+        jacobian[i] = 1.0;
+    }
+    status = status ? status : warp_follow(warp, context, n, points, jacobian);
     status = status ? status : moving_create(&m, degree, moving, degree, context);
     m.representation = representation;
-    status = status ? status : samples_create(&samples, n);
     if (status == SRNF_OK) {
-        moving_evaluate(&m, points, &samples);
+        moving_values(&m, n, points, f, values);
         for (size_t i = 0; i < n; i++) {
-            double root = sqrt(jacobian[i]);
-            const double *x = samples.q + 3 * i;
+            turn(rotation, values + 3 * i, sqrt(jacobian[i]), n, q + i);
+            if (f) {
+                const double x[3] = {f[i], f[n + i], f[2 * n + i]};
 
-            for (size_t k = 0; k < 3; k++) {
-                const double *o = rotation + 3 * k;
-
-                q[k * n + i] = root * (o[0] * x[0] + o[1] * x[1] + o[2] * x[2]);
+                turn(rotation, x, 1.0, n, f + i);
             }
         }
     }
     moving_clear(&m);
-    samples_clear(&samples);
+    srnf_free(values);
     return status;
 }

@@ -11,6 +11,7 @@
 #include "tabulated.h"
 
 #include <math.h>
+#include <string.h>
 
 #define BLOCK ((size_t)64) /* points whose jets are at hand together; a multiple of the lanes */
 
@@ -166,6 +167,49 @@ static void evaluate_block(const struct moving *moving, const double *points, si
             srm_jet(jet, f, out->q + at, out->q_1 + at, out->q_2 + at);
         } else {
             srnf_jet(jet, out->q + at, out->q_1 + at, out->q_2 + at);
+        }
+    }
+}
+
+/* n is p times the cross products of the coordinates' gradients, each with its component. */
+static void value_block(const struct moving *moving, size_t n, const double *points, double *f,
+                        double *q)
+{
+    double gradients[9 * BLOCK];
+
+    sphere_points_evaluate(&moving->plan.points, 3, moving->coefficients, n, points, f, gradients);
+    for (size_t i = 0; i < n; i++) {
+        const double *p = points + 3 * i;
+        const double values[3] = {f[i], f[n + i], f[2 * n + i]};
+        double normal[3];
+        double length;
+
+        for (size_t k = 0; k < 3; k++) {
+            double across[3];
+
+            vector_cross(gradients + 3 * ((k + 1) % 3 * n + i),
+                         gradients + 3 * ((k + 2) % 3 * n + i), across);
+            normal[k] = vector_dot(p, across);
+        }
+        length = sqrt(vector_dot(normal, normal));
+        for (size_t k = 0; k < 3; k++) {
+            q[3 * i + k] = moving->representation == SRNF_REPRESENTATION_SRM
+                               ? sqrt(length) * values[k]
+                               : (length > 0.0 ? normal[k] / sqrt(length) : 0.0);
+        }
+    }
+}
+
+void moving_values(const struct moving *moving, size_t n, const double *points, double *f,
+                   double *q)
+{
+    for (size_t first = 0; first < n && !srnf_is_canceled(moving_context(moving)); first += BLOCK) {
+        size_t count = n - first < BLOCK ? n - first : BLOCK;
+        double values[3 * BLOCK];
+
+        value_block(moving, count, points + 3 * first, values, q + 3 * first);
+        for (size_t c = 0; c < 3 && f; c++) {
+            memcpy(f + c * n + first, values + c * count, count * sizeof *f);
         }
     }
 }

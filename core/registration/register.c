@@ -409,10 +409,11 @@ static int symmetric_search(const struct call *c, const double *template_surface
 
 /* ---- Report ---------------------------------------------------------------------------------- */
 
-/* gamma and q on the template's grid, where the search may have worked on a finer one; distance,
-   rotation. */
+/* gamma, q and the points of the surface, [3][n], on the template's grid, where the search may have
+   worked on a finer one; distance, rotation. */
 static int report_field(const struct call *c, const double *moving,
-                        const struct search_result *found, struct srnf_registration *r)
+                        const struct search_result *found, double *surface,
+                        struct srnf_registration *r)
 {
     r->points = srnf_alloc(3 * c->n, sizeof(double));
     r->jacobian = srnf_alloc(c->n, sizeof(double));
@@ -423,7 +424,7 @@ static int report_field(const struct call *c, const double *moving,
     r->distance = found->distance;
     memcpy(r->rotation, found->warp.rotation, sizeof r->rotation);
     return registration_lay(c->sht, c->options->representation, moving, found->warp.rotation,
-                            &found->warp.chain, c->context, r->points, r->jacobian, r->q);
+                            &found->warp.chain, c->context, r->points, r->jacobian, r->q, surface);
 }
 
 int srnf_registration_apply(const struct srnf_sht *sht,
@@ -459,23 +460,24 @@ int srnf_registration_apply(const struct srnf_sht *sht,
     return status;
 }
 
-/* Coefficients of O f2 o gamma and what their truncation costs. */
-static int report_surface(const struct call *c, const double *moving, struct srnf_registration *r)
+/* Coefficients of O f2 o gamma, from its values at the nodes, and what their truncation costs. */
+static int report_surface(const struct call *c, const double *surface, struct srnf_registration *r)
 {
     double *q = srnf_alloc(3 * c->n, sizeof(double));
+    void *workspace = srnf_alloc(1, srnf_sht_workspace_size(c->sht, 3));
     double norm;
     int status = SRNF_ENOMEM;
 
     r->coefficients = srnf_alloc(c->count, sizeof(double));
-    if (q && r->coefficients) {
-        status = srnf_registration_apply(c->sht, r, moving, c->context, r->coefficients);
-    }
-    if (status == SRNF_OK) {
+    if (q && workspace && r->coefficients) {
+        srnf_sht_analysis(c->sht, 3, surface, r->coefficients, workspace);
         field_represent(c->sht, c->options->representation, r->coefficients, q, c->workspace);
         norm = sqrt(srnf_inner_product(srnf_sht_grid(c->sht), r->q, r->q));
         r->truncation_distance = field_distance(c, q, r->q);
         r->truncation_error = norm > 0.0 ? r->truncation_distance / norm : 0.0;
+        status = SRNF_OK;
     }
+    srnf_free(workspace);
     srnf_free(q);
     return status;
 }
@@ -483,11 +485,11 @@ static int report_surface(const struct call *c, const double *moving, struct srn
 static int report(const struct call *c, const double *moving, struct search_result *found,
                   struct srnf_registration *r)
 {
-    int status = report_field(c, moving, found, r);
+    double *surface = srnf_alloc(3 * c->n, sizeof(double));
+    int status = surface ? report_field(c, moving, found, surface, r) : SRNF_ENOMEM;
 
-    if (status == SRNF_OK) {
-        status = report_surface(c, moving, r);
-    }
+    status = status ? status : report_surface(c, surface, r);
+    srnf_free(surface);
     if (status) {
         return status;
     }

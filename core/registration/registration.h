@@ -59,6 +59,10 @@ struct samples {
 SRNF_CHECKED int samples_create(struct samples *samples, size_t n);
 void samples_clear(struct samples *samples);
 void moving_evaluate(const struct moving *moving, const double *points, struct samples *out);
+/* What reports and measures ask for, without derivatives and never from a table: q [n][3] and the
+   points of the surface, f [3][n], or NULL. */
+void moving_values(const struct moving *moving, size_t n, const double *points, double *f,
+                   double *q);
 
 /* ---- Fields and steps (step.c) -----------------------------------------------------
    */
@@ -328,14 +332,17 @@ SRNF_CHECKED int registration_to_field(const struct srnf_sht *sht, const double 
                                        const struct srnf_context *context, double rotation[9],
                                        struct srnf_warp *warp, struct srnf_error *error);
 /* A surface as it is registered by a chain: gamma [n][3] and J [n] at the nodes of the grid of sht,
-   and O sqrt(J) q(gamma), [3][n] (field.c). */
+   O sqrt(J) q(gamma), [3][n], and O f(gamma), [3][n], or NULL (field.c). */
 SRNF_CHECKED int registration_lay(const struct srnf_sht *sht,
                                   enum srnf_representation representation, const double *moving,
                                   const double rotation[9], const struct srnf_warp *warp,
                                   const struct srnf_context *context, double *points,
-                                  double *jacobian, double *q);
+                                  double *jacobian, double *q, double *f);
 /* Rows of a grid of 2 rows^2 nodes that fields of a degree do not overfit. */
 size_t registration_rows(size_t degree);
+/* The parallels of a Gauss-Legendre grid of 2 rows^2 nodes, without the tables of a transform; to be
+   freed. NULL: no memory. */
+double *registration_parallels(size_t rows, struct srnf_grid *grid);
 /* Nodes and weights of a grid: [n][3] and [n]. */
 void registration_nodes(const struct srnf_grid *grid, double *points, double *weight);
 

@@ -11,11 +11,14 @@
  */
 #include "tabulated.h"
 
+#include "harmonics/harmonics.h"
+
 #include <math.h>
 #include <string.h>
 
 #define DEGREE ((size_t)REGISTRATION_SCREEN_DEGREE)
 #define COUNT ((DEGREE + 1) * (DEGREE + 1))
+#define ORDERS ((DEGREE + 1) * (DEGREE + 2) / 2)
 #define BLOCKS ((size_t)455) /* sum of (2 l + 1)^2 */
 #define ROTATIONS ((size_t)600)
 #define THIN_DEGREES 20.0
@@ -48,55 +51,69 @@ static void super_fibonacci(size_t i, size_t n, double rotation[9])
     }
 }
 
+/* All harmonics up to DEGREE at a point, as they lie in a series. */
+static void harmonics_at(const double *factors, const double point[3], double y[COUNT])
+{
+    double sine = sqrt(point[0] * point[0] + point[1] * point[1]);
+    double cos_phi = sine > 0.0 ? point[0] / sine : 1.0;
+    double sin_phi = sine > 0.0 ? point[1] / sine : 0.0;
+    double p[ORDERS];
+    double c = 1.0, s = 0.0;
+
+    sphere_legendre(DEGREE, factors, point[2], sine, p);
+    for (size_t m = 0; m <= DEGREE; m++) {
+        double root = m > 0 ? sqrt(2.0) : 1.0;
+        double next = c * cos_phi - s * sin_phi;
+
+        for (size_t l = m; l <= DEGREE; l++) {
+            double value = root * p[l * (l + 1) / 2 + m];
+
+            y[l * l + l - m] = value * s;
+            y[l * l + l + m] = value * c;
+        }
+        s = s * cos_phi + c * sin_phi;
+        c = next;
+    }
+}
+
+/* out += weight Y_a(e) Y_b(Q e) */
+static void add_products(const double here[COUNT], const double there[COUNT], double weight,
+                         double *out)
+{
+    for (size_t l = 0; l <= DEGREE; l++) {
+        for (size_t a = l * l; a < (l + 1) * (l + 1); a++) {
+            for (size_t b = l * l; b < (l + 1) * (l + 1); b++) {
+                *out++ += weight * here[a] * there[b];
+            }
+        }
+    }
+}
+
 /* The blocks of Q, by exact quadrature of Y_a(e) Y_b(Q e). */
 static int fill_quarter(struct screen *s)
 {
-    struct srnf_sht *sht = NULL;
-    double *memory = NULL;
-    int status = srnf_sht_create(&sht, DEGREE, SRNF_GRID_GAUSS_LEGENDRE, 0, 0);
-    size_t n;
+    struct srnf_grid grid;
+    const size_t n = 2 * (DEGREE + 1) * (DEGREE + 1);
+    double *nodes = registration_parallels(DEGREE + 1, &grid);
+    double *points = srnf_alloc(4 * n, sizeof(double));
+    double factors[ORDERS * LEGENDRE_FACTORS];
+    int status = nodes && points ? SRNF_OK : SRNF_ENOMEM;
 
-    if (status) {
-        return status;
-    }
-    n = srnf_sht_grid(sht)->n_theta * srnf_sht_grid(sht)->n_phi;
-    memory = srnf_alloc(7 * n + 2 * COUNT * n + COUNT * COUNT, sizeof(double));
-    if (memory) {
-        double *points = memory;
-        double *weight = memory + 3 * n;
-        double *turned = memory + 4 * n;
-        double *here = memory + 7 * n;
-        double *there = here + COUNT * n;
-        double *each = there + COUNT * n;
-        double *out = s->quarter;
-
-        registration_nodes(srnf_sht_grid(sht), points, weight);
+    if (status == SRNF_OK) {
+        registration_nodes(&grid, points, points + 3 * n);
+        sphere_legendre_factors(DEGREE, factors);
         for (size_t i = 0; i < n; i++) {
-            turned[3 * i] = points[3 * i];
-            turned[3 * i + 1] = -points[3 * i + 2];
-            turned[3 * i + 2] = points[3 * i + 1];
+            const double *e = points + 3 * i;
+            const double turned[3] = {e[0], -e[2], e[1]};
+            double here[COUNT], there[COUNT];
+
+            harmonics_at(factors, e, here);
+            harmonics_at(factors, turned, there);
+            add_products(here, there, points[3 * n + i], s->quarter);
         }
-        for (size_t i = 0; i < COUNT; i++) {
-            each[i * COUNT + i] = 1.0;
-        }
-        status = srnf_harmonics_at_points(DEGREE, COUNT, each, n, points, here, NULL);
-        if (status == SRNF_OK) {
-            status = srnf_harmonics_at_points(DEGREE, COUNT, each, n, turned, there, NULL);
-        }
-        for (size_t l = 0; l <= DEGREE; l++) {
-            for (size_t a = l * l; a < (l + 1) * (l + 1); a++) {
-                for (size_t b = l * l; b < (l + 1) * (l + 1); b++, out++) {
-                    for (size_t i = 0; i < n; i++) {
-                        *out += weight[i] * here[a * n + i] * there[b * n + i];
-                    }
-                }
-            }
-        }
-    } else {
-        status = SRNF_ENOMEM;
     }
-    srnf_free(memory);
-    srnf_sht_destroy(sht);
+    srnf_free(points);
+    srnf_free(nodes);
     return status;
 }
 

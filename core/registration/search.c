@@ -10,6 +10,8 @@
 #include "landmarks.h"
 #include "tournament.h"
 
+#include "harmonics/harmonics.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -45,6 +47,26 @@ void registration_nodes(const struct srnf_grid *grid, double *points, double *we
         points[3 * i + 2] = grid->cos_theta[row];
         weight[i] = grid->weight[row];
     }
+}
+
+double *registration_parallels(size_t rows, struct srnf_grid *grid)
+{
+    double *nodes = srnf_alloc(4 * rows, sizeof(double));
+
+    if (nodes) {
+        sphere_gauss_legendre(rows, nodes, nodes + rows, nodes + 2 * rows, nodes + 3 * rows);
+        for (size_t i = 0; i < rows; i++) {
+            nodes[3 * rows + i] *= SRNF_PI / (double)rows;
+        }
+        *grid = (struct srnf_grid){.kind = SRNF_GRID_GAUSS_LEGENDRE,
+                                   .n_theta = rows,
+                                   .n_phi = 2 * rows,
+                                   .theta = nodes,
+                                   .cos_theta = nodes + rows,
+                                   .sin_theta = nodes + 2 * rows,
+                                   .weight = nodes + 3 * rows};
+    }
+    return nodes;
 }
 
 void search_place(struct target *target, const struct srnf_grid *grid, const double *field,
@@ -103,13 +125,13 @@ static int fine_field(const struct srnf_sht *sht, enum srnf_representation repre
     void *workspace = NULL;
     int status = srnf_sht_create(fine, degree, SRNF_GRID_GAUSS_LEGENDRE, rows, 2 * rows);
 
-    if (status == SRNF_OK) {
+    if (status == SRNF_OK && !template_surface) {
         status = srnf_sht_create(&own, degree, grid->kind, grid->n_theta, grid->n_phi);
     }
     if (status == SRNF_OK) {
         workspace =
-            srnf_alloc(1, srnf_surface_workspace_size(*fine) + srnf_sht_workspace_size(own, 3) +
-                              srnf_sht_workspace_size(*fine, 3));
+            srnf_alloc(1, srnf_surface_workspace_size(*fine) + srnf_sht_workspace_size(*fine, 3) +
+                              (own ? srnf_sht_workspace_size(own, 3) : 0));
     }
     if (!c || !workspace) {
         status = status ? status : SRNF_ENOMEM;
@@ -334,15 +356,18 @@ static double distance(const struct search *s, const struct warp *warp)
 int search_measure(const struct search *s, struct warp *warp)
 {
     const struct problem *problem = &s->full;
-    struct samples samples;
+    struct samples samples = {.n = problem->target.n};
     double ignored[9];
-    int status = samples_create(&samples, problem->target.n);
+    int status = SRNF_OK;
 
-    if (status == SRNF_OK) {
-        registration_objective(problem, warp, &samples, ignored);
-        samples_clear(&samples);
-        status = srnf_is_canceled(moving_context(problem->moving)) ? SRNF_ECANCELED : SRNF_OK;
+    samples.q = srnf_alloc(3 * samples.n, sizeof(double));
+    if (!samples.q) {
+        return SRNF_ENOMEM;
     }
+    moving_values(problem->moving, samples.n, warp->points, NULL, samples.q);
+    registration_measure(problem, warp, &samples, ignored);
+    srnf_free(samples.q);
+    status = srnf_is_canceled(moving_context(problem->moving)) ? SRNF_ECANCELED : SRNF_OK;
     if (status == SRNF_OK && s->landmarks) {
         double cost;
 

@@ -17,7 +17,7 @@
 
 #define RUNG 1.25
 #define STAY 4L                         /* rungs */
-#define FACTORS_BYTES ((size_t)6 << 20) /* that factors of one degree may take, one at least */
+#define FACTORS_BYTES ((size_t)3 << 20) /* that factors of one degree may take, one at least */
 
 /* The displacement penalty is diagonal: matrix.c. */
 static void add_displacement(struct tabulated_level *level, double displacement)

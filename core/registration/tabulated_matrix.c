@@ -37,15 +37,17 @@ static size_t order_of(size_t l, size_t m)
 static void fill_functions(struct columns *c, double *p)
 {
     size_t orders = order_of(c->degree, c->degree) + 1;
+    double *factors = p + orders;
 
+    sphere_legendre_factors(c->degree, factors);
     for (size_t row = 0; row < c->n_theta; row++) {
-        sphere_legendre(c->degree, c->grid->cos_theta[row], c->grid->sin_theta[row], p);
+        sphere_legendre(c->degree, factors, c->grid->cos_theta[row], c->grid->sin_theta[row], p);
         for (size_t l = 1; l <= c->degree; l++) {
             for (size_t m = 0; m <= l; m++) {
                 double *at = c->legendre + order_of(l, m) * c->n_theta + row;
 
                 at[0] = (m > 0 ? sqrt(2.0) : 1.0) * p[order_of(l, m)];
-                sphere_legendre_gradient(p, l, m, at + orders * c->n_theta,
+                sphere_legendre_gradient(factors, p, l, m, at + orders * c->n_theta,
                                          at + 2 * orders * c->n_theta);
             }
         }
@@ -186,25 +188,27 @@ int tabulated_matrix(const struct tabulated_moving *moving, size_t degree,
     size_t orders = order_of(degree, degree) + 1;
     size_t unknowns = registration_unknowns(degree);
     struct columns c = {.degree = degree, .count = srnf_coefficient_count(degree)};
-    struct srnf_sht *sht = NULL;
+    struct srnf_grid grid;
+    double *nodes = registration_parallels(rows, &grid);
     double *memory = NULL;
     float *product = NULL;
-    int status = srnf_sht_create(&sht, 1, SRNF_GRID_GAUSS_LEGENDRE, rows, 2 * rows);
+    int status;
 
-    if (status) {
-        return status;
+    if (!nodes) {
+        return SRNF_ENOMEM;
     }
-    c.grid = srnf_sht_grid(sht);
+    c.grid = &grid;
     c.n_theta = rows;
     c.n_phi = 2 * rows;
     c.n = 2 * rows * rows;
-    memory = srnf_alloc(orders * (1 + 3 * rows) + 4 * (degree + 1) * rows, sizeof(double));
+    memory = srnf_alloc(orders * (1 + LEGENDRE_FACTORS + 3 * rows) + 4 * (degree + 1) * rows,
+                        sizeof(double));
     c.q = srnf_alloc((9 + 3 * unknowns) * c.n, sizeof(float));
     product = srnf_alloc(unknowns * unknowns, sizeof(float));
     status = memory && c.q && product ? fill_q(&c, moving) : SRNF_ENOMEM;
     if (status == SRNF_OK) {
         c.columns = c.q + 9 * c.n;
-        c.legendre = memory + orders;
+        c.legendre = memory + (1 + LEGENDRE_FACTORS) * orders;
         c.circular = c.legendre + 3 * orders * rows;
         fill_functions(&c, memory);
         fill_columns(&c);
@@ -220,6 +224,6 @@ int tabulated_matrix(const struct tabulated_moving *moving, size_t degree,
     srnf_free(product);
     srnf_free(c.q);
     srnf_free(memory);
-    srnf_sht_destroy(sht);
+    srnf_free(nodes);
     return status;
 }

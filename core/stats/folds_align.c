@@ -207,9 +207,9 @@ static int lay(const struct round *round, size_t i, const double rotation[9],
 {
     struct alignment *a = round->a;
     double *q = a->q + 3 * i * a->points;
-    int status =
-        registration_lay(a->sht, a->registration.representation, a->surfaces[i], rotation, warp,
-                         context, a->gamma + 3 * i * a->points, a->jacobian + i * a->points, q);
+    int status = registration_lay(a->sht, a->registration.representation, a->surfaces[i], rotation,
+                                  warp, context, a->gamma + 3 * i * a->points,
+                                  a->jacobian + i * a->points, q, NULL);
 
     memcpy(a->rotation + 9 * i, rotation, 9 * sizeof(double));
     if (status == SRNF_OK && round->series) {
