@@ -3,7 +3,7 @@
  *
  * Between the fields of a basin and those of the full degree the warp is fixed and steps are taken
  * in the template's domain (tabulated_pull.c): gamma <- gamma o delta. They are taken from coarser
- * tables, and delta is fitted by one step, or followed again.
+ * tables, from which all right-hand sides come, and delta is fitted by one step, or followed again.
  *
  * The points of the nodes are carried from step to step by splines of eight nodes, whose errors (a
  * few 1e-9 after all steps) the objective keeps; it is measured with the moving field as it is.
@@ -35,12 +35,15 @@ struct climb {
     struct cloud cloud, spare;
     const double *matrix; /* of what moves now */
     size_t top;           /* its degree */
+    /* Of the last degree, coarse: what right-hand sides are spread over, which only shape steps. */
+    struct tabulated_fields loads;
 };
 
 static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 static void close_climb(struct climb *c)
 {
+    tabulated_fields_clear(&c->loads);
     tabulated_target_clear(&c->target);
     cloud_clear(&c->cloud);
     cloud_clear(&c->spare);
@@ -115,18 +118,40 @@ static int open_level(const struct climb *c, size_t degree, struct tabulated_lev
 
 static const struct field_table pulled_table = {4, 3.25}; /* of steps whose points are not kept */
 
-static int climb_rung(struct climb *c, const struct field_table *table, size_t degree,
-                      double decrease, struct srnf_warp *chain, struct search_result *result)
+/* Coarse fields of a degree, kept for the next rung. */
+static int open_loads(struct climb *c, size_t degree)
+{
+    if (c->loads.degree == degree) {
+        return SRNF_OK;
+    }
+    tabulated_fields_clear(&c->loads);
+    return tabulated_fields_create(&c->loads, degree, pulled_table.order,
+                                   field_table_rows(&pulled_table, degree));
+}
+
+/* finely: the points that steps make are kept. */
+static int climb_rung(struct climb *c, bool finely, size_t degree, double decrease,
+                      struct srnf_warp *chain, struct search_result *result)
 {
     const struct srnf_register_options *options = c->search->options;
     struct schedule schedule = {options->max_steps ? options->max_steps : STEPS_MAX, decrease};
-    struct tabulated_fields fields = {0};
+    struct tabulated_fields fine = {0};
     struct tabulated_level level = {0};
-    struct tabulated_optimizer o = {&c->problem,        &fields, &level, &c->spare,
-                                    c->search->context, NULL};
+    struct tabulated_optimizer o = {&c->problem,
+                                    finely ? &fine : &c->loads,
+                                    &level,
+                                    &c->spare,
+                                    c->search->context,
+                                    NULL,
+                                    &c->loads,
+                                    0.0};
     struct landmark_track track = {.landmarks = NULL};
-    int status =
-        tabulated_fields_create(&fields, degree, table->order, field_table_rows(table, degree));
+    int status = open_loads(c, degree);
+
+    if (status == SRNF_OK && finely) {
+        status = tabulated_fields_create(&fine, degree, follow_table.order,
+                                         field_table_rows(&follow_table, degree));
+    }
 
     if (status == SRNF_OK && c->search->landmarks) {
         status = landmark_track_create(&track, &c->search->landmarks->pairs, chain, degree,
@@ -143,7 +168,7 @@ static int climb_rung(struct climb *c, const struct field_table *table, size_t d
     }
     landmark_track_clear(&track);
     tabulated_level_clear(&level);
-    tabulated_fields_clear(&fields);
+    tabulated_fields_clear(&fine);
     return status;
 }
 
@@ -163,8 +188,7 @@ static int climb_rungs(struct climb *c, size_t from, size_t most, struct search_
         size_t degree = ladder[k].degree < most ? ladder[k].degree : most;
 
         if (degree > from && (degree == most || has_room(c, degree))) {
-            status = climb_rung(c, &follow_table, degree, ladder[k].decrease, &result->warp.chain,
-                                result);
+            status = climb_rung(c, true, degree, ladder[k].decrease, &result->warp.chain, result);
         }
         if (k + 1 == RUNGS || ladder[k].degree >= most) {
             break;
@@ -259,7 +283,7 @@ static int find_delta(struct climb *c, const struct tabulated_moving *pulled, co
     measure(c, pulled);
     *before = c->cloud.objective;
     c->matrix = matrix;
-    status = status ? status : climb_rung(c, &pulled_table, c->top, PULLED_DECREASE, delta, result);
+    status = status ? status : climb_rung(c, false, c->top, PULLED_DECREASE, delta, result);
     c->matrix = c->search->subject->matrix;
     status = status ? status : settle(c, delta);
     return status ? status : push(c, &result->warp.chain);

@@ -205,7 +205,9 @@ struct tabulated_optimizer {
     struct tabulated_level *level;
     struct cloud *spare; /* of as many points; holds nothing afterwards */
     const struct srnf_context *context;
-    struct landmark_track *track; /* landmarks.h; the objective of the cloud is without them */
+    struct landmark_track *track;   /* landmarks.h; the objective of the cloud is without them */
+    struct tabulated_fields *loads; /* whose table right-hand sides are spread over; NULL: fields */
+    double limit; /* of the objective: what will not come below it is given up; 0: none */
 };
 /* registration_optimize. cloud: evaluated and measured, before and after; chain: what made its
    points, grows by each step. */

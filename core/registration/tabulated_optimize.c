@@ -19,6 +19,7 @@
 #define GAIN_GOOD 0.7
 #define GAIN_FAIR 0.3
 #define STEP_JACOBIAN_MIN 0.5
+#define TO_COME 0.5       /* of the last gain: what later steps may gain in all */
 #define ENERGY_ZERO 1e-13 /* of ||q1||^2: registered to rounding */
 
 struct vectors {
@@ -98,10 +99,11 @@ static double linearize(const struct tabulated_optimizer *o, const struct cloud 
                         struct vectors *v)
 {
     double torque[3];
-    double curvature = cloud_load(o->problem, cloud, &o->fields->table, torque);
+    struct tabulated_fields *loads = o->loads ? o->loads : o->fields;
+    double curvature = cloud_load(o->problem, cloud, &loads->table, torque);
 
     memcpy(v->last, v->rhs, o->level->unknowns * sizeof *v->last);
-    tabulated_fields_transpose(o->fields, torque, v->rhs);
+    tabulated_fields_transpose(loads, torque, v->rhs);
     if (o->track) {
         landmark_track_linearize(o->track);
     } else if (!first) {
@@ -182,6 +184,9 @@ int tabulated_optimize(const struct tabulated_optimizer *o, const struct schedul
             break;
         }
         small = gain < schedule->decrease * before ? small + 1 : 0;
+        if (o->limit > 0.0 && cloud->objective - TO_COME * gain > o->limit) {
+            break;
+        }
     }
     if (cloud->energy < ENERGY_ZERO) {
         *stopped = SRNF_REGISTER_TOLERANCE;

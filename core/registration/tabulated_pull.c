@@ -17,7 +17,8 @@
 
 #define ROWS_MIN ((size_t)16)
 #define PULL_ORDER ((size_t)6)
-#define PULL_ROWS ((size_t)52) /* at least: of fields of degree 12 */
+#define PULL_ROWS ((size_t)52)     /* at least: of fields of degree 12 */
+#define PULL_ROWS_MAX ((size_t)64) /* steps of such fields see no more of a finer surface */
 
 const struct field_table follow_table = {8, 4.4};
 static const struct field_table pull_table = {6, 3.5};
@@ -122,7 +123,9 @@ static int fill(struct sphere_spline *s, size_t rows, const struct cloud *cloud,
 int tabulated_moving_pull(struct tabulated_moving *m, const struct tabulated_moving *from,
                           const struct srnf_warp *chain, const struct srnf_context *context)
 {
-    size_t rows = from->normal.rows < PULL_ROWS ? PULL_ROWS : from->normal.rows;
+    size_t rows = from->normal.rows < PULL_ROWS       ? PULL_ROWS
+                  : from->normal.rows > PULL_ROWS_MAX ? PULL_ROWS_MAX
+                                                      : from->normal.rows;
     /* Any table read as if it were of normals gives x / sqrt|x|. */
     struct tabulated_moving plain = {.degree = from->degree, .normal = from->normal};
     struct cloud cloud = {0};

@@ -4,7 +4,8 @@
  * On different shapes the best rigid start often lies in the wrong basin of the elastic problem. So
  * the best rotations of the screening are not refined but compete: each round takes a few steps
  * with fields of one degree on one grid and keeps the better ones; grids, surfaces and fields grow
- * while the entrants become fewer. All rounds read from tables, and all entrants share the factors
+ * while the entrants become fewer. One that will hardly come near enough to the best of its round
+ * to be kept is given up before its steps are done. All rounds read from tables, and all entrants share the factors
  * of one Gauss-Newton matrix.
  */
 #include "tournament.h"
@@ -241,8 +242,15 @@ static int play(struct tournament *t, size_t k, const struct arena *a, size_t *i
 {
     const struct tournament_round round = tournament_round(k, a->problem.moving->degree);
     struct schedule schedule = {round.steps, DECREASE};
-    struct tabulated_optimizer o = {&a->problem, &t->fields[round_of(k)], &t->levels[round_of(k)],
-                                    &t->spare,   t->search->context,      NULL};
+    struct tabulated_optimizer o = {&a->problem,
+                                    &t->fields[round_of(k)],
+                                    &t->levels[round_of(k)],
+                                    &t->spare,
+                                    t->search->context,
+                                    NULL,
+                                    NULL,
+                                    0.0};
+    double best = INFINITY;
     int status;
 
     cloud_clear(&t->spare);
@@ -254,6 +262,8 @@ static int play(struct tournament *t, size_t k, const struct arena *a, size_t *i
         status = enter_arena(t, a, e);
         if (status == SRNF_OK) {
             status = tabulated_optimize(&o, &schedule, &e->cloud, &e->chain, &ignored, iterations);
+            best = fmin(best, e->cloud.objective);
+            o.limit = (1.0 + round.behind) * best; /* keep_best drops what is above */
         }
     }
     return status;

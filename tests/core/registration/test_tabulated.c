@@ -454,7 +454,8 @@ static void optimum_is_the_direct_one(void **state)
                      SRNF_OK);
     assert_int_equal(cloud_create(&spare, t.cloud.n), SRNF_OK);
     {
-        struct tabulated_optimizer o = {&t.tabulated, &fields, &level, &spare, NULL, NULL};
+        struct tabulated_optimizer o = {&t.tabulated, &fields, &level, &spare,
+                                        NULL,         NULL,    NULL,   0.0};
         struct srnf_warp chain = {0};
 
         assert_int_equal(tabulated_optimize(&o, &schedule, &t.cloud, &chain, &stopped, &steps[1]),
