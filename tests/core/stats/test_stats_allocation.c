@@ -305,12 +305,12 @@ static int run_map(void)
 static int run_pairs(void)
 {
     static const double sizes[5] = {1.0, 1.0, 1.0, 1.0, 1.0};
-    const struct srnf_pair_search pairs = {.n = 5,
-                                           .mean = g.f[0],
-                                           .first_q = compared,
-                                           .second_q = compared + 3 * g.points,
-                                           .first_size = sizes,
-                                           .second_size = sizes};
+    const struct srnf_pairs pairs = {.n = 5,
+                                     .mean = g.f[0],
+                                     .first_q = compared,
+                                     .second_q = compared + 3 * g.points,
+                                     .first_size = sizes,
+                                     .second_size = sizes};
     struct srnf_paired_options options = srnf_paired_options_defaults();
     struct srnf_paired paired = {0};
     int status;
