@@ -45,8 +45,10 @@ static int check(const struct norms *norms, const double *q,
     const struct srnf_norm_model *model = norms->model;
 
     if (norms->subjects.count < SUBJECTS_MIN + model->columns) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "%zu subjects; with %zu columns %zu are needed",
-                         norms->subjects.count, model->columns, SUBJECTS_MIN + model->columns);
+        return srnf_fail(error, SRNF_EINVAL, -1,
+                         "the model has %zu subjects, too few%s: %zu are needed",
+                         norms->subjects.count, model->columns ? " for so many covariates" : "",
+                         SUBJECTS_MIN + model->columns);
     }
     if (!model->complete && (model->columns > 0 || !model->calibration)) {
         return srnf_fail(error, SRNF_EINVAL, -1,

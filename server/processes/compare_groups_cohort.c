@@ -4,6 +4,7 @@
  */
 #include "processes/compare_groups.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -180,6 +181,45 @@ static void check_subjects(struct process_inputs *given, const json_t *cohort)
     }
 }
 
+/* Covariates that determine the group leave no difference that could be told apart from theirs. */
+static void check_groups_left(struct process_inputs *given, const json_t *cohort)
+{
+    const json_t *names = json_object_get(given->canonical, "covariates");
+    const json_t *columns = json_object_get(cohort, "covariates");
+    const json_t *group = json_object_get(cohort, "group");
+    size_t n = json_array_size(group), m = json_array_size(names), closest = 0, subjects, most;
+    size_t *numbers =
+        group_subject_numbers(json_object_get(cohort, "subjects"), n, &subjects, &most);
+    int *which = srnf_alloc(n, sizeof *which);
+    double *values = srnf_alloc(n * m + 1, sizeof(double)), inflation = 1.0;
+    char pointer[64];
+
+    if (!numbers || !which || !values) {
+        json_memory_fail();
+    } else if (json_array_size(columns) == m) {
+        for (size_t k = 0; k < n * m; k++) {
+            values[k] = json_number_value(json_array_get(json_array_get(columns, k % m), k / m));
+        }
+        for (size_t i = 0; i < n; i++) {
+            which[i] = (int)json_integer_value(json_array_get(group, i));
+        }
+        if (srnf_covariates_inflation(n, numbers, which, m, values, &inflation, &closest)) {
+            json_memory_fail();
+        }
+    }
+    if (isinf(inflation)) {
+        (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", closest);
+        problem_add(given->list, pointer,
+                    "\"%.60s\" %s the label: no difference of the groups can be told apart from "
+                    "theirs",
+                    json_string_value(json_array_get(names, closest)),
+                    m > 1 ? "and the other covariates determine" : "determines");
+    }
+    srnf_free(numbers);
+    srnf_free(which);
+    srnf_free(values);
+}
+
 void compare_groups_describe(struct process_inputs *given)
 {
     json_t *cohort = json_object_get(given->canonical, "cohort");
@@ -188,6 +228,9 @@ void compare_groups_describe(struct process_inputs *given)
     if (set_groups(given, members, cohort)) {
         set_covariates(given, members, cohort);
         check_subjects(given, cohort);
+        if (!given->list->errors) {
+            check_groups_left(given, cohort);
+        }
     }
     json_decref(members);
 }

@@ -286,7 +286,10 @@ static bool find_times(const struct pairing *p, double times[2])
             return false;
         }
     }
-    if (!(times[0] != times[1])) {
+    if (!(times[0] != times[1]) && lowest < highest) {
+        problem_add(p->given->list, "/inputs/to",
+                    "and from are both %g; two different times are compared", times[0]);
+    } else if (!(times[0] != times[1])) {
         problem_add(p->given->list, POINTER, "has one time only, %g; two are compared", times[0]);
     }
     return times[0] != times[1];

@@ -76,11 +76,16 @@ static void refuse_many(const struct design_build *build, const struct design_co
         most = own > most ? own : most;
     }
     formula_term_name(build->formula, of_term, sizeof name, name);
+    if (subjects <= SUBJECTS_BESIDE) {
+        problem_add(build->given->list, "/inputs/cohort",
+                    "has %zu subject%s; a formula of one column needs %zu at least", subjects,
+                    subjects == 1 ? "" : "s", SUBJECTS_BESIDE + 1);
+        return;
+    }
     problem_add(build->given->list, DESIGN_POINTER,
                 "makes %zu columns, and with %zu subjects at most %zu can be fitted: leave terms "
                 "out; %.120s alone has %zu",
-                columns->count, subjects,
-                subjects > SUBJECTS_BESIDE ? subjects - SUBJECTS_BESIDE : (size_t)0, name, most);
+                columns->count, subjects, subjects - SUBJECTS_BESIDE, name, most);
 }
 
 static void refuse_column(const struct design_build *build, const json_t *name,

@@ -108,6 +108,7 @@ refused() { # PROCESS COHORT-FILTER PATTERN MORE
 refused change .visits '422 /inputs/cohort has more than two times, from 0 to 2: say by from and to'
 refused change .visits 'no pair, "s0" first, which has no member of time 7' ',"from":0,"to":7'
 refused change '[.visits[] | select(.time < 1)]' 'has one time only, 0'
+refused change .visits '422 /inputs/to and from are both 1; two different times' ',"from":1,"to":1'
 refused change '[.visits[] | select(.time < 2)] | del(.[3])' '1 subject has no pair, "s1" first, which has no member of time 1'
 refused change '[.visits[] | select(.time < 2)] | .[3].time = 0' 'subject "s1" has two members of time 0, 2 and 3'
 refused change '[.visits[] | select(.time < 2)] | del(.[3].time)' 'member 3 .surf-.* has no time'

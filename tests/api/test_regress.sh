@@ -201,6 +201,15 @@ like "$STATUS $(json '.errors[0].detail')" \
     '422 makes 29 columns, and with 18 subjects at most 14 can be fitted: leave terms out; C.volume.:site.* alone has 8' \
     'refused: more columns than subjects tell apart, by the largest term'
 
+post_json /v1/cohorts "{\"name\":\"four\",\"members\":$(jq -c '.[:4]' <<<"$MEMBERS")}"
+execute regress '{"cohort":"four","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ age"}'
+is "$STATUS $(json '.errors[0] | "\(.pointer) \(.detail)"')" \
+    '422 /inputs/cohort has 4 subjects; a formula of one column needs 5 at least' 'refused: too few subjects for any formula'
+post_json /v1/cohorts "{\"name\":\"told\",\"members\":$(jq -c 'map(.covariates.told = if .label == "a" then 3 else 7 end)' <<<"$MEMBERS")}"
+execute compare-groups '{"cohort":"told","register":false,"permutations":9,"covariates":["age","told"]}'
+is "$STATUS $(json '.errors[0].pointer')" '422 /inputs/covariates/1' 'refused by compare-groups: covariates that determine the label'
+like "$(json '.errors[0].detail')" '^"told" and the other covariates determine the label' 'by name'
+
 # Visits of nine subjects, whose ages add up to the same.
 post_json /v1/cohorts "$(jq '{name: "averaged", members: [to_entries[] |
     {id: .value.id, subject: "s\(.key % 9)", covariates: {age: (if .key < 9 then 40 + .key else 60 - (.key - 9) end),

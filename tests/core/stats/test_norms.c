@@ -584,7 +584,7 @@ static void wrong_input_is_refused(void **state)
     assert_int_equal(error.element, 0);
     model.columns = N;
     assert_int_equal(srnf_score(a.g.sht, &model, a.q, &options, NULL, &out, &error), SRNF_EINVAL);
-    assert_non_null(strstr(error.message, "30 subjects; with 30 columns 34"));
+    assert_non_null(strstr(error.message, "30 subjects, too few for so many covariates: 34"));
     assert_null(out.z);
     normals_close(&a);
 }
