@@ -123,6 +123,16 @@ static inline void group_spoil_mean(const struct group *g, double *mean, uint64_
     }
 }
 
+static inline double group_least(size_t n, const double *values)
+{
+    double least = values[0];
+
+    for (size_t k = 1; k < n; k++) {
+        least = values[k] < least || isnan(values[k]) ? values[k] : least;
+    }
+    return least;
+}
+
 /* ---- Contexts -------------------------------------------------------------------------------- */
 
 /* What a context's callbacks see. */

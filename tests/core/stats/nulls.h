@@ -20,13 +20,17 @@ struct nulls {
     struct group g;
     size_t subjects[NULLS_MEMBERS], labels[NULLS_MEMBERS];
     int group[NULLS_MEMBERS];
-    double *mean, *q; /* [3][(L+1)^2], [n][3][P] */
+    double age
+        [NULLS_MEMBERS]; /* of the subjects: larger in the second group, nothing to do with shape */
+    double *mean, *q;    /* [3][(L+1)^2], [n][3][P] */
 };
 
 /* How often 200 or fewer cohorts were rejected, and what accuracies they had. */
 struct nulls_counts {
     size_t cohorts, global, map;            /* of the comparison */
+    size_t fdr;                             /* maps that report any node by false discovery rate */
     size_t gauss, nearest;                  /* of the classifiers */
+    size_t mcnemar;                         /* of one against the other */
     double accuracy[2], accuracy_square[2]; /* gauss, nearest: sums over cohorts */
 };
 
@@ -43,6 +47,10 @@ static inline void nulls_labels(struct nulls *a, size_t repeats, struct test_ran
             ones += i % repeats == 0 && a->labels[i] == 1;
         }
     } while (ones < 3 || ones + 3 > NULLS_MEMBERS / repeats);
+    for (size_t i = 0; i < NULLS_MEMBERS; i++) {
+        a->age[i] = i % repeats ? a->age[i - 1]
+                                : 60.0 + 10.0 * ((double)a->labels[i] + test_random_normal(random));
+    }
 }
 
 static inline void nulls_open(struct nulls *a, size_t repeats, uint64_t seed)
@@ -96,8 +104,9 @@ static inline void nulls_close(struct nulls *a)
     group_close(&a->g);
 }
 
-static inline void nulls_compare(const struct nulls *a, const size_t *subjects, size_t permutations,
-                                 uint64_t seed, struct nulls_counts *counts)
+/* ages: whether they are regressed out. */
+static inline void nulls_compare(const struct nulls *a, const size_t *subjects, bool ages,
+                                 size_t permutations, uint64_t seed, struct nulls_counts *counts)
 {
     struct srnf_compare_options options = srnf_compare_options_defaults();
     struct srnf_comparison out;
@@ -105,11 +114,12 @@ static inline void nulls_compare(const struct nulls *a, const size_t *subjects, 
     options.permutations = permutations;
     options.seed = seed;
     options.subjects = subjects;
-    assert_int_equal(srnf_compare_groups(a->g.sht, NULLS_MEMBERS, a->mean, a->q, a->group, 0, NULL,
-                                         &options, NULL, &out, NULL),
+    assert_int_equal(srnf_compare_groups(a->g.sht, NULLS_MEMBERS, a->mean, a->q, a->group, ages,
+                                         ages ? a->age : NULL, &options, NULL, &out, NULL),
                      SRNF_OK);
     counts->global += out.p_value <= NULLS_LEVEL;
     counts->map += out.max_p_value <= NULLS_LEVEL;
+    counts->fdr += group_least(a->g.points, out.fdr) <= NULLS_LEVEL;
     srnf_comparison_clear(&out);
 }
 
@@ -119,7 +129,10 @@ static inline void nulls_classify(const struct nulls *a, const size_t *subjects,
 {
     struct srnf_folds_options folds = srnf_folds_options_defaults();
     struct srnf_classify_options options = srnf_classify_options_defaults();
+    bool right[2][NULLS_MEMBERS];
     struct srnf_folds c;
+    size_t only[2];
+    double p;
 
     folds.registration.degree = 2;
     folds.registration.common_pose = true;
@@ -140,8 +153,13 @@ static inline void nulls_classify(const struct nulls *a, const size_t *subjects,
         *(nearest ? &counts->nearest : &counts->gauss) += r.p_value <= NULLS_LEVEL;
         counts->accuracy[nearest] += r.accuracy;
         counts->accuracy_square[nearest] += r.accuracy * r.accuracy;
+        for (size_t i = 0; i < NULLS_MEMBERS; i++) {
+            right[nearest][i] = r.predicted[i] == a->labels[i];
+        }
         srnf_classification_clear(&r);
     }
+    assert_int_equal(srnf_mcnemar(NULLS_MEMBERS, subjects, right[0], right[1], only, &p), SRNF_OK);
+    counts->mcnemar += p <= NULLS_LEVEL;
     srnf_folds_clear(&c);
 }
 
@@ -166,13 +184,14 @@ static inline struct nulls_counts nulls_run(size_t cohorts, size_t repeats, bool
         struct nulls a;
 
         nulls_open(&a, repeats, 4000 + k);
-        nulls_compare(&a, heed ? a.subjects : NULL, permutations, k, &counts);
+        nulls_compare(&a, heed ? a.subjects : NULL, false, permutations, k, &counts);
         nulls_classify(&a, heed ? a.subjects : NULL, refit, permutations, k, &counts);
         nulls_close(&a);
     }
     printf("# %zu cohorts, %zu scans a subject, subjects %s: p <= .05 of the groups %zu, their map "
-           "%zu\n",
-           cohorts, repeats, heed ? "told" : "not told", counts.global, counts.map);
+           "%zu, by false discovery rate %zu; of a classifier against the other %zu\n",
+           cohorts, repeats, heed ? "told" : "not told", counts.global, counts.map, counts.fdr,
+           counts.mcnemar);
     for (size_t nearest = 0; nearest < 2; nearest++) {
         double error;
         double mean = nulls_accuracy(&counts, nearest, &error);

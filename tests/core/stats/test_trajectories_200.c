@@ -20,6 +20,7 @@ static void nothing_is_found_at_the_level(void **state)
         size_t slope_map = 0;
         size_t group = 0;
         size_t group_map = 0;
+        size_t reported[2] = {0, 0}; /* any node by false discovery rate */
 
         for (size_t run = 0; run < RUNS; run++) {
             const struct lines_plan plan = {N, unequal, 0.0, 0.0, 0.1, 0.02, 1000 + run};
@@ -34,14 +35,19 @@ static void nothing_is_found_at_the_level(void **state)
             slope_map += out.slope.max_p_value <= 0.05;
             group += out.model.test_of[0].p_value <= 0.05;
             group_map += out.model.test_of[0].max_p_value <= 0.05;
+            reported[0] += group_least(l.g.points, out.slope.fdr) <= 0.05;
+            reported[1] += group_least(l.g.points, out.model.test_of[0].fdr) <= 0.05;
             srnf_trajectories_clear(&out);
             lines_close(&l);
         }
-        printf("# %zu studies, %s visits: mean slope %zu, on the map %zu; group %zu, %zu\n", RUNS,
-               unequal ? "different" : "equal", slope, slope_map, group, group_map);
+        printf("# %zu studies, %s visits: mean slope %zu, on the map %zu, by false discovery rate "
+               "%zu; group %zu, %zu, %zu\n",
+               RUNS, unequal ? "different" : "equal", slope, slope_map, reported[0], group,
+               group_map, reported[1]);
         /* Binomial(200, .05): above 20 with a chance of 1e-3, below 2 as well. */
         assert_true(slope >= 2 && slope <= 20 && slope_map >= 2 && slope_map <= 20);
         assert_true(group >= 2 && group <= 20 && group_map >= 2 && group_map <= 20);
+        assert_true(reported[0] <= 20 && reported[1] <= 20);
     }
 }
 
