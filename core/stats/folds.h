@@ -62,11 +62,21 @@ void alignment_clear_copy(struct alignment *copy);
 SRNF_CHECKED int fold_describe(const struct subjects *subjects, size_t left_out,
                                const double *products, size_t components, double *scores,
                                double *distances, double *spread);
-/* Of subjects of several structures, [n][n]: the sum of the weights times the inner products of the
-   parts (srnf_folds.products), as they lie in the fold of a member or, member being SIZE_MAX,
-   registered to the medoids of all (folds_join.c). */
-void folds_sum_products(size_t n_parts, const struct srnf_folds *parts, const double *weights,
-                        size_t member, double *products);
+/* Subjects of several structures, each compared in folds of its own. */
+struct folds_sum {
+    size_t n_parts;
+    const struct srnf_folds *parts;
+    const double *weights;
+    const double *positions; /* [n][n_parts][3], or NULL */
+    double position_weight;
+};
+/* Their inner products, [n][n]: the sum of the weights times those of the parts
+   (srnf_folds.products) and of the positions, as they lie in the fold of a member or, member being
+   SIZE_MAX, registered to the medoids of all (folds_join.c). */
+void folds_sum_products(const struct folds_sum *sum, size_t member, double *products);
+/* Whether the positions of n members, if there are any, and their weight are numbers that count. */
+SRNF_CHECKED int folds_check_positions(size_t n, const struct folds_sum *sum,
+                                       struct srnf_error *error);
 /* Inner products of n fields, double[n][n]. scaled: n times 3 P doubles of scratch. */
 void fold_products(const struct srnf_grid *grid, size_t n, const double *q, double *scaled,
                    double *products);

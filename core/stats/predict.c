@@ -17,7 +17,7 @@ struct asked {
     const struct srnf_frozen *frozen;
     const double *const *surfaces;
     const struct srnf_register_options *registration;
-    const double *features, *priors;
+    const double *positions, *features, *priors;
     const double *fields; /* [parts] of the templates */
     struct srnf_stack stack;
     size_t n, counted;
@@ -50,7 +50,17 @@ static int place(const struct asked *a, size_t i, double *normalized,
         }
         srnf_registration_clear(&found);
     }
+    if (status == SRNF_OK && a->stack.positions) {
+        srnf_stack_put_positions(&a->stack, a->positions + 3 * a->stack.parts * i, q);
+    }
     return status;
+}
+
+/* The positions stand after all parts. */
+static struct srnf_part_prediction *part_of(const struct asked *a, size_t part,
+                                            struct srnf_class_prediction *out)
+{
+    return part < a->stack.parts ? &out->parts[part] : &out->position;
 }
 
 /* What each part has in the distance and the residual. q is overwritten. */
@@ -63,8 +73,8 @@ static void take_apart(const struct asked *a, const double *scores, double *q,
     for (size_t k = 0; k < size; k++) {
         q[k] -= a->frozen->mean_q[k];
     }
-    for (size_t p = 0; p < a->stack.parts; p++) {
-        out->parts[p].distance = sqrt(srnf_stack_product(&a->stack, p, q, q));
+    for (size_t p = 0; p <= a->stack.parts; p++) {
+        part_of(a, p, out)->distance = sqrt(srnf_stack_product(&a->stack, p, q, q));
     }
     for (size_t c = 0; c < pca->components; c++) {
         const double *mode = pca->modes + c * size;
@@ -73,8 +83,8 @@ static void take_apart(const struct asked *a, const double *scores, double *q,
             q[k] -= scores[c] * mode[k];
         }
     }
-    for (size_t p = 0; p < a->stack.parts; p++) {
-        out->parts[p].residual = sqrt(srnf_stack_product(&a->stack, p, q, q));
+    for (size_t p = 0; p <= a->stack.parts; p++) {
+        part_of(a, p, out)->residual = sqrt(srnf_stack_product(&a->stack, p, q, q));
     }
 }
 
@@ -155,14 +165,18 @@ static int predict_body(void *argument, size_t i, const struct srnf_context *con
     return status;
 }
 
-static int check(const struct srnf_frozen *frozen, const double *features, const double *priors,
-                 struct srnf_error *error)
+static int check(const struct srnf_frozen *frozen, const double *positions, const double *features,
+                 const double *priors, struct srnf_error *error)
 {
     const struct srnf_classifier *classifier = frozen->classifier;
 
     if (frozen->n_parts < 1 || frozen->n_parts > SRNF_PARTS_MAX) {
         return srnf_fail(error, SRNF_EINVAL, -1, "%zu parts are not 1 to %zu", frozen->n_parts,
                          SRNF_PARTS_MAX);
+    }
+    if ((positions != NULL) != (frozen->position_weight != 0.0)) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "positions are %sgiven, of a classifier %s them",
+                         positions ? "" : "not ", positions ? "without" : "with");
     }
     if (classifier->components > frozen->pca->components) {
         return srnf_fail(error, SRNF_EINVAL, -1, "the classifier has %zu components of %zu",
@@ -201,7 +215,8 @@ static int open_parts(struct asked *a, const struct srnf_context *context, doubl
         targets[p] = frozen->target ? frozen->target + p * count : NULL;
         weights[p] = frozen->weights ? frozen->weights[p] : 1.0;
     }
-    status = srnf_stack_open(srnf_sht_grid(a->sht), frozen->n_parts, weights, 0.0, &a->stack);
+    status = srnf_stack_open(srnf_sht_grid(a->sht), frozen->n_parts, weights,
+                             frozen->position_weight, &a->stack);
     if (status) {
         return srnf_fail(error, status, -1, "the weights of the parts are not above 0");
     }
@@ -212,7 +227,7 @@ static int open_parts(struct asked *a, const struct srnf_context *context, doubl
 }
 
 int srnf_predict(const struct srnf_sht *sht, const struct srnf_frozen *frozen, size_t n,
-                 const double *const *surfaces, const double *features,
+                 const double *const *surfaces, const double *positions, const double *features,
                  const struct srnf_register_options *registration, const double *priors,
                  const struct srnf_context *context, struct srnf_class_prediction *predictions,
                  double *evidence, double *probabilities, struct srnf_error *error)
@@ -220,6 +235,7 @@ int srnf_predict(const struct srnf_sht *sht, const struct srnf_frozen *frozen, s
     struct asked a = {.sht = sht,
                       .frozen = frozen,
                       .surfaces = surfaces,
+                      .positions = positions,
                       .features = features,
                       .registration = registration,
                       .priors = priors ? priors : frozen->classifier->priors,
@@ -231,7 +247,7 @@ int srnf_predict(const struct srnf_sht *sht, const struct srnf_frozen *frozen, s
     struct srnf_register_options own = *registration;
     struct srnf_error first = {0};
     double *fields = NULL;
-    int status = check(frozen, features, a.priors, &first);
+    int status = check(frozen, positions, features, a.priors, &first);
 
     status = status ? status : stats_check_surfaces(sht, frozen->n_parts * n, surfaces, &first);
     status = status ? status : open_parts(&a, context, &fields, &first);

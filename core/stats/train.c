@@ -32,7 +32,8 @@ struct srnf_train_options srnf_train_options_defaults(void)
     return (struct srnf_train_options){.gauss = true,
                                        .registration = srnf_register_options_defaults(),
                                        .feature_weight = 1.0,
-                                       .n_parts = 1};
+                                       .n_parts = 1,
+                                       .position_weight = 1.0};
 }
 
 void srnf_trained_clear(struct srnf_trained *t)
@@ -63,6 +64,7 @@ struct training {
     struct subjects subjects;
     const double *priors;
     double weights[SRNF_PARTS_MAX];
+    struct folds_sum sum;           /* what subjects are compared by */
     struct srnf_folds *parts;       /* of each structure, kept */
     const struct srnf_folds *folds; /* of all together: the one part itself, where it is alone */
     struct srnf_trained *out;
@@ -74,7 +76,7 @@ static double *products_of(const struct training *t, size_t member)
     double *products = srnf_alloc(t->n, t->n * sizeof(double));
 
     if (products) {
-        folds_sum_products(t->options->n_parts, t->parts, t->weights, member, products);
+        folds_sum_products(&t->sum, member, products);
     }
     return products;
 }
@@ -389,6 +391,9 @@ static int stack_fields(const struct training *t, const struct srnf_stack *stack
         srnf_free(t->parts[p].registered);
         t->parts[p].registered = NULL;
     }
+    for (size_t i = 0; stack->positions && *q && i < t->n; i++) {
+        srnf_stack_put_positions(stack, t->sum.positions + 3 * stack->parts * i, *q + i * size);
+    }
     return *q ? SRNF_OK : SRNF_ENOMEM;
 }
 
@@ -428,7 +433,8 @@ static int fit_components(const struct training *t, const struct srnf_grid *grid
 {
     struct srnf_stack stack;
     double *q = NULL;
-    int status = srnf_stack_open(grid, t->options->n_parts, t->weights, 0.0, &stack);
+    int status = srnf_stack_open(grid, t->options->n_parts, t->weights,
+                                 t->sum.positions ? t->sum.position_weight : 0.0, &stack);
 
     status = status ? status : stack_fields(t, &stack, &q);
     status = status ? status : fit_fields(t, &stack.grid, q, context);
@@ -595,8 +601,8 @@ static int check(size_t n, const size_t *labels, size_t n_classes,
     return SRNF_OK;
 }
 
-static int check_parts(const struct srnf_train_options *options, double *weights,
-                       struct srnf_error *error)
+static int check_parts(const struct srnf_train_options *options, size_t n, double *weights,
+                       struct folds_sum *sum, struct srnf_error *error)
 {
     if (options->n_parts < 1 || options->n_parts > SRNF_PARTS_MAX) {
         return srnf_fail(error, SRNF_EINVAL, -1, "%zu parts are not 1 to %zu", options->n_parts,
@@ -609,7 +615,11 @@ static int check_parts(const struct srnf_train_options *options, double *weights
                              "the weight of part %zu is not above 0", p);
         }
     }
-    return SRNF_OK;
+    *sum = (struct folds_sum){.n_parts = options->n_parts,
+                              .weights = weights,
+                              .positions = options->positions,
+                              .position_weight = options->position_weight};
+    return folds_check_positions(n, sum, error);
 }
 
 /* A subject has one label. */
@@ -656,8 +666,8 @@ static int join_parts(struct training *t, const struct srnf_context *context,
 
     t->folds = t->parts;
     if (t->options->n_parts > 1 || t->weights[0] != 1.0) {
-        status = srnf_folds_join(t->options->n_parts, t->parts, t->weights, t->components, &quiet,
-                                 joint, error);
+        status = srnf_folds_join(t->options->n_parts, t->parts, t->weights, t->sum.positions,
+                                 t->sum.position_weight, t->components, &quiet, joint, error);
         t->folds = joint;
     }
     t->components = t->folds->components;
@@ -695,8 +705,9 @@ static int take_pairs(const struct training *t)
     for (size_t p = 0; t->out->pairs && p < t->options->n_parts; p++) {
         double *pairs = t->out->pairs + p * n * n;
         const double weight = 1.0;
+        const struct folds_sum own = {1, t->parts + p, &weight, NULL, 0.0};
 
-        folds_sum_products(1, t->parts + p, &weight, SIZE_MAX, pairs);
+        folds_sum_products(&own, SIZE_MAX, pairs);
         /* In place: the squares of the norms stand on the diagonal until all others are done. */
         for (size_t k = 0; k < n * n; k++) {
             size_t i = k / n, j = k % n;
@@ -721,6 +732,7 @@ static int train(const struct srnf_sht *sht, struct training *t, const double *c
     int status;
 
     t->parts = srnf_alloc(t->options->n_parts, sizeof *t->parts);
+    t->sum.parts = t->parts;
     status = t->parts ? compare_parts(sht, t, surfaces, &progress, error) : SRNF_ENOMEM;
     if (status == SRNF_OK) {
         own = stats_part_enter(&progress, 1.0 - COST_COMPARISON);
@@ -763,7 +775,7 @@ int srnf_train(const struct srnf_sht *sht, size_t n, const double *const *surfac
     t.classifier.size_weight = t.options->feature_weight;
     t.components = t.options->components > COMPONENTS ? t.options->components : COMPONENTS;
     status = check(n, labels, n_classes, t.options, &first);
-    status = status ? status : check_parts(t.options, t.weights, &first);
+    status = status ? status : check_parts(t.options, n, t.weights, &t.sum, &first);
     status = status ? status : subjects_open(&t.subjects, n, t.options->subjects, &first);
     status = status ? status : check_labels(&t, &first);
     if (status == SRNF_OK) {

@@ -133,7 +133,7 @@ SRNF_CHECKED int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric
 
 /*
  * Several structures of each subject as one: the comparison of the vectors (sqrt(w_1) q_1, ..,
- * sqrt(w_P) q_P) of members, from that of each part. Each part was registered in folds of its own;
+ * sqrt(w_P) q_P, sqrt(w) x) of members, x the positions of the parts, from that of each part. Each part was registered in folds of its own;
  * the fold of a subject has the mean and the components of the joint vectors of the others, from
  * the sum of w_p times the inner products of the parts as they lie in that subject's fold of each.
  * Nothing of the subject left out enters (core/stats/folds_join.c). One part of weight 1 is the
@@ -141,13 +141,16 @@ SRNF_CHECKED int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric
  *   n_parts     [in]  1 .. SRNF_PARTS_MAX
  *   parts       [in]  of the same members in the same order, with keep and the same subjects
  *   weights     [in]  [n_parts] above 0, of squared distances
+ *   positions   [in]  double[n][n_parts][3] as for srnf_joint_pca_fit, or NULL: without
+ *   position_weight [in] above 0, with positions
  *   components  [in]  that scores are kept of; 1 .. 64
  *   joint       [out] srnf_folds_clear; without templates, products and registered
  * Cost n^3 for each subject; folds run in parallel. Errors: SRNF_EINVAL, SRNF_ENUMERIC,
  * SRNF_ENOMEM, SRNF_ECANCELED.
  */
 SRNF_CHECKED int srnf_folds_join(size_t n_parts, const struct srnf_folds *parts,
-                                 const double *weights, size_t components,
+                                 const double *weights, const double *positions,
+                                 double position_weight, size_t components,
                                  const struct srnf_context *context, struct srnf_folds *joint,
                                  struct srnf_error *error);
 

@@ -182,12 +182,14 @@ struct srnf_train_options {
     size_t components; /* of the Gaussians, 0 .. 64; default 0: chosen inside each fold, of 20 */
     enum srnf_covariance covariance;
     enum srnf_priors priors;
-    const size_t *subjects; /* [n] as in srnf/subjects.h; default NULL */
-    const double *features; /* [n][n_features] numbers beside shape; default NULL */
-    size_t n_features;      /* 0 .. SRNF_FEATURES_MAX, default 0 */
-    double feature_weight;  /* of each in distances; 0 .. 1000, default 1: as much as shape */
-    size_t n_parts;         /* structures of each member, 1 .. SRNF_PARTS_MAX; default 1 */
-    const double *weights;  /* [n_parts] above 0, of their squared distances; default NULL: 1 */
+    const size_t *subjects;  /* [n] as in srnf/subjects.h; default NULL */
+    const double *features;  /* [n][n_features] numbers beside shape; default NULL */
+    size_t n_features;       /* 0 .. SRNF_FEATURES_MAX, default 0 */
+    double feature_weight;   /* of each in distances; 0 .. 1000, default 1: as much as shape */
+    size_t n_parts;          /* structures of each member, 1 .. SRNF_PARTS_MAX; default 1 */
+    const double *weights;   /* [n_parts] above 0, of their squared distances; default NULL: 1 */
+    const double *positions; /* double[n][n_parts][3] as for srnf_folds_join; default NULL */
+    double position_weight;  /* above 0, of their squared distances; default 1 */
 };
 struct srnf_train_options srnf_train_options_defaults(void);
 
@@ -202,7 +204,8 @@ struct srnf_trained {
     size_t *medoids;     /* [n_parts] the member that all are registered to */
     double *pairs;       /* [n_parts][n][n] distances between members so registered, unweighted */
     double *target;      /* [n_parts][3][(L+1)^2] it, normalized: the template */
-    double *mean_q;      /* stacked, [3][n_parts n_theta][n_phi]; of the registered */
+    double *mean_q;      /* stacked, of the registered, [3][n_parts n_theta][n_phi], and a row more
+                            with positions */
     struct srnf_pca pca; /* of them, all components */
     struct srnf_calibration calibration; /* srnf_calibrate */
     double *distances;                   /* [n] from the mean */
@@ -236,13 +239,14 @@ SRNF_CHECKED int srnf_train(const struct srnf_sht *sht, size_t n, const double *
 struct srnf_frozen {
     const struct srnf_classifier *classifier;
     const struct srnf_pca *pca;
-    size_t n_parts;        /* structures of a subject, 1 .. SRNF_PARTS_MAX */
-    const double *weights; /* [n_parts] above 0; NULL: 1 */
-    const double *target;  /* [n_parts][3][(L+1)^2] */
-    const double *mean_q;  /* stacked, as the modes of pca */
-    const size_t *labels;  /* [pca->n] */
-    size_t subjects;       /* whose members these are */
-    const double *numbers; /* [pca->n][features of the classifier]; NULL where these are 0 */
+    size_t n_parts;         /* structures of a subject, 1 .. SRNF_PARTS_MAX */
+    const double *weights;  /* [n_parts] above 0; NULL: 1 */
+    double position_weight; /* 0: without positions */
+    const double *target;   /* [n_parts][3][(L+1)^2] */
+    const double *mean_q;   /* stacked, as the modes of pca */
+    const size_t *labels;   /* [pca->n] */
+    size_t subjects;        /* whose members these are */
+    const double *numbers;  /* [pca->n][features of the classifier]; NULL where these are 0 */
 };
 
 /* What it makes of one surface. */
@@ -254,13 +258,14 @@ struct srnf_class_prediction {
     /* What each part has in residual and distance, weighted: their squares add up to those. */
     struct srnf_part_prediction {
         double residual, distance;
-    } parts[SRNF_PARTS_MAX];
+    } parts[SRNF_PARTS_MAX], position;
 };
 
 /*
  * Asks a classifier about n surfaces, or subjects of several structures: each surface is normalized
  * and registered to the template of its part.
  *   surfaces       [in]  n_parts n pointers to double[3][(L+1)^2], part after part
+ *   positions      [in]  double[n][n_parts][3], of a classifier with positions; otherwise NULL
  *   features       [in]  [n][features of the classifier] numbers beside shape; NULL: it has none
  *   priors         [in]  [classes]; NULL: those of the classifier
  *   predictions    [out] [n]
@@ -269,7 +274,8 @@ struct srnf_class_prediction {
  * Surfaces run in parallel. Errors: SRNF_EINVAL, SRNF_EDEGENERATE, as srnf_register.
  */
 SRNF_CHECKED int srnf_predict(const struct srnf_sht *sht, const struct srnf_frozen *frozen,
-                              size_t n, const double *const *surfaces, const double *features,
+                              size_t n, const double *const *surfaces, const double *positions,
+                              const double *features,
                               const struct srnf_register_options *registration,
                               const double *priors, const struct srnf_context *context,
                               struct srnf_class_prediction *predictions, double *evidence,

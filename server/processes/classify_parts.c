@@ -65,6 +65,7 @@ static const struct process_input inputs[] = {
     {"seed", INPUT_INTEGER, AT(seed), "Of the permutations.", .highest = PROCESS_SEED_MAX},
     {"commonPose", INPUT_BOOLEAN, AT(parts.mean.common_pose),
      "The surfaces share a pose: no registration rotates.", .fallback = 0},
+    PCA_PARTS_POSE_INPUTS(classify_parts, parts.relative_pose, parts.pose_weight, "(commonPose)"),
     {"lmax", INPUT_INTEGER, AT(parts.mean.lmax),
      "Degree of the comparison; the surfaces are cut or filled up to it. Default: the largest of "
      "theirs.",
@@ -123,6 +124,7 @@ static double seconds(const struct api_work *work, const json_t *canonical)
 
 struct joint {
     struct srnf_folds parts[PCA_PARTS_MAX], all;
+    const double *positions; /* [n][parts][3], or NULL */
 };
 
 static void clear_joint(struct joint *joint, size_t n_parts)
@@ -159,10 +161,11 @@ static int compare(struct jobs_run *run, const struct classify_parts *asked,
             srnf_folds_compare(sht, metric, n, group->surfaces + p * n, &answer->asked.comparison,
                                jobs_run_context(run), &joint->parts[p], error);
     }
-    return status ? status
-                  : srnf_folds_join(n_parts, joint->parts, asked->parts.weights,
-                                    answer->asked.comparison.max_components, &quiet, &joint->all,
-                                    error);
+    return status
+               ? status
+               : srnf_folds_join(n_parts, joint->parts, asked->parts.weights, joint->positions,
+                                 asked->parts.pose_weight, answer->asked.comparison.max_components,
+                                 &quiet, &joint->all, error);
 }
 
 /* One method, of all parts with the other numbers and of each alone. */
@@ -192,14 +195,18 @@ static int classify_by(struct jobs_run *run, const struct classify_parts *asked,
 }
 
 static int compute(struct jobs_run *run, const struct classify_parts *asked,
-                   const struct srnf_sht *sht, struct classify_answer *answer,
-                   struct classify_parts_alone *alone, struct srnf_error *error)
+                   const struct srnf_sht *sht, const double *positions,
+                   struct classify_answer *answer, struct classify_parts_alone *alone,
+                   struct srnf_error *error)
 {
     static const enum srnf_metric metrics[] = {SRNF_METRIC_SRNF, SRNF_METRIC_SRM};
     size_t wanted[2] = {0, 0};
     struct joint *joint = srnf_alloc(1, sizeof *joint);
     int status = joint ? SRNF_OK : SRNF_ENOMEM;
 
+    if (joint) {
+        joint->positions = positions;
+    }
     for (size_t m = 0; m < asked->methods.n; m++) {
         wanted[asked->methods.list[m].metric == SRNF_METRIC_SRM]++;
     }
@@ -259,15 +266,21 @@ static int run_all(struct jobs_run *run, const struct classify_parts *asked,
     struct srnf_error error = {.element = -1};
     const json_t *values = json_object_get(asked->parts.group.cohort, "values");
     size_t sizes = asked->scale ? asked->parts.n_parts : 0;
-    double *features = NULL;
+    double *features = NULL, *positions = NULL;
     int status = load(run, asked, answer, result);
 
+    if (status == 0 && asked->parts.relative_pose) {
+        positions = pca_parts_positions(run, &asked->parts.group, asked->parts.n,
+                                        asked->parts.n_parts, &answer->group, result);
+        status = positions ? 0 : -1;
+    }
     if (status) {
         return status;
     }
     status =
         jobs_transform_acquire(jobs, answer->group.degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht);
     if (status) {
+        srnf_free(positions);
         return compute_fail(result, status, NULL, "preparing the classification");
     }
     jobs_run_keep_parts(run);
@@ -276,10 +289,11 @@ static int run_all(struct jobs_run *run, const struct classify_parts *asked,
                               values, &features);
     answer->asked.classifier.features = features;
     answer->asked.classifier.n_features = sizes + json_array_size(values);
-    status = status ? status : compute(run, asked, sht, answer, alone, &error);
+    status = status ? status : compute(run, asked, sht, positions, answer, alone, &error);
     jobs_transform_release(jobs, sht);
     answer->asked.classifier.features = NULL;
     srnf_free(features);
+    srnf_free(positions);
     return status ? compute_fail(result, status, &error, "classifying the subjects") : 0;
 }
 
@@ -313,6 +327,7 @@ static const struct process_table table = {
     .inputs = inputs,
     .outputs = outputs,
     .size = sizeof(struct classify_parts),
+    .check = pca_parts_check_pose,
     .complete = classify_parts_complete,
     .run = run_classify_parts,
 };

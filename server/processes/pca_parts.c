@@ -12,7 +12,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "toolkit/positions.h"
 #include "toolkit/seconds.h"
 
 /* ---- Inputs and outputs ---------------------------------------------------------------------- */
@@ -38,14 +37,7 @@ static const struct process_input inputs[] = {
      "Of so many components the surfaces of every part two standard deviations from the mean, "
      "either way.",
      .lowest = 0, .highest = PCA_PARTS_MODES_MAX, .fallback = 1},
-    {"relativePose", INPUT_BOOLEAN, offsetof(struct pca_parts, relative_pose),
-     "Where the parts are counts as well: their centroids relative to the mean of the subject's, "
-     "in units of the root of the subject's total area. The data must share a pose (commonPose, "
-     "or register false).",
-     .fallback = 0},
-    {"poseWeight", INPUT_REAL, offsetof(struct pca_parts, pose_weight),
-     "Of the squared distances of those positions.", .lowest = 1e-6,
-     .highest = PCA_PARTS_WEIGHT_MAX, .fallback = 1},
+    PCA_PARTS_POSE_INPUTS(pca_parts, relative_pose, pose_weight, "(commonPose, or register false)"),
     {.name = NULL},
 };
 
@@ -81,71 +73,12 @@ static const struct process_output outputs[] = {
     {NULL, NULL, NULL},
 };
 
-static void check(struct process_inputs *given)
-{
-    const json_t *canonical = given->canonical;
-
-    if (json_is_true(json_object_get(canonical, "relativePose")) &&
-        !json_is_true(json_object_get(canonical, "commonPose")) &&
-        !json_is_false(json_object_get(canonical, "register"))) {
-        problem_add(given->list, "/inputs/relativePose",
-                    "needs commonPose or register false: where parts are turned one by one, their "
-                    "pose is lost");
-    }
-}
-
 static void complete(struct process_inputs *given)
 {
     mean_complete(given, PCA_PARTS_COPIES);
     if (!given->list->errors) {
         pca_parts_describe(given);
     }
-}
-
-/* ---- Positions ------------------------------------------------------------------------------- */
-
-/* Those of one subject: [n_parts][3]. */
-static int find_subject(struct jobs_run *run, const struct pca_parts *asked,
-                        const struct srnf_sht *sht, const struct compute_group *group,
-                        size_t subject, double *own, struct jobs_result *result)
-{
-    struct compute_surface surfaces[PCA_PARTS_MAX];
-    const double *numbers[PCA_PARTS_MAX];
-
-    for (size_t p = 0; p < asked->n_parts; p++) {
-        size_t i = p * asked->n + subject;
-
-        surfaces[p] = (struct compute_surface){.scale = group->scales[i],
-                                               .mirrored = asked->group.mirrored.member[i]};
-        (void)snprintf(surfaces[p].id, sizeof surfaces[p].id, "%s", asked->group.ids[i]);
-        memcpy(surfaces[p].origin, group->origins[i], sizeof surfaces[p].origin);
-        numbers[p] = group->surfaces[i];
-    }
-    return positions_find(run, sht, asked->n_parts, surfaces, numbers, own, result);
-}
-
-/* [n][n_parts][3]; NULL with the problem set. */
-static double *find_positions(struct jobs_run *run, const struct pca_parts *asked,
-                              const struct compute_group *group, struct jobs_result *result)
-{
-    struct jobs *jobs = jobs_run_jobs(run);
-    const struct srnf_sht *sht = NULL;
-    double *positions = srnf_alloc(3 * asked->n * asked->n_parts, sizeof(double));
-    int status = jobs_transform_acquire(jobs, group->degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht);
-
-    if (status || !positions) {
-        status = compute_fail(result, status ? status : SRNF_ENOMEM, NULL, "placing the parts");
-    }
-    for (size_t i = 0; i < asked->n && !status; i++) {
-        status =
-            find_subject(run, asked, sht, group, i, positions + 3 * i * asked->n_parts, result);
-    }
-    jobs_transform_release(jobs, sht);
-    if (status) {
-        srnf_free(positions);
-        return NULL;
-    }
-    return positions;
 }
 
 /* ---- Running --------------------------------------------------------------------------------- */
@@ -176,7 +109,8 @@ static json_t *run_pca_parts(struct jobs_run *run, const void *typed, struct job
         goto out;
     }
     if (asked->relative_pose) {
-        more.positions = positions = find_positions(run, asked, &found.group, result);
+        more.positions = positions =
+            pca_parts_positions(run, &asked->group, asked->n, asked->n_parts, &found.group, result);
         if (!positions) {
             goto out;
         }
@@ -194,7 +128,7 @@ static const struct process_table table = {
     .inputs = inputs,
     .outputs = outputs,
     .size = sizeof(struct pca_parts),
-    .check = check,
+    .check = pca_parts_check_pose,
     .complete = complete,
     .run = run_pca_parts,
 };

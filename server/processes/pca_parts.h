@@ -22,6 +22,29 @@ struct pca_parts {
     double pose_weight;
 };
 
+/* Rows of inputs: whether where the parts are counts as well. pose: what says that the data share
+   a pose. */
+#define PCA_PARTS_POSE_INPUTS(typed, relative, weight, pose)                                       \
+    {"relativePose", INPUT_BOOLEAN, offsetof(struct typed, relative),                              \
+     "Where the parts are counts as well: their centroids relative to the mean of the subject's, " \
+     "in units of the root of the subject's total area. The data must share a pose " pose ".",     \
+     .fallback = 0},                                                                               \
+    {                                                                                              \
+        "poseWeight", INPUT_REAL, offsetof(struct typed, weight),                                  \
+            "Of the squared distances of those positions.",                                        \
+            .lowest = 1e-6, .highest = PCA_PARTS_WEIGHT_MAX, .fallback = 1                         \
+    }
+
+/* ---- pca_parts_positions.c ------------------------------------------------------------------- */
+
+/* For check: where parts are turned one by one, where they are says nothing. */
+void pca_parts_check_pose(struct process_inputs *given);
+/* [n][n_parts][3] of n subjects whose members stand part after part, as they were loaded; NULL with
+   the problem set. */
+double *pca_parts_positions(struct jobs_run *run, const struct group_input *group, size_t n,
+                            size_t n_parts, const struct compute_group *loaded,
+                            struct jobs_result *result);
+
 /* ---- pca_parts_cohort.c ---------------------------------------------------------------------- */
 
 extern const struct input_own pca_parts_cohort, pca_parts_by, pca_parts_weights;

@@ -120,7 +120,7 @@ static const struct process_output outputs[] = {
      "cohort's member, or its name, or that of its first part; parts, null or for each part "
      "[{name, "
      "surface, distance, residual}], weighted, whose squares add up to those of the subject; "
-     "label, the "
+     "position, the same {distance, residual} of the relative positions, or null; label, the "
      "class of the largest probability; probabilities, calibrated, of each class; logLikelihoods "
      "or nearestDistances, the evidence that they come from; numbers, those beside shape that "
      "counted, by name, size as a length, or null; truth, the label in the cohort, or "
@@ -205,6 +205,7 @@ static void answer_clear(struct predict_answer *answer)
 {
     srnf_free(answer->priors);
     srnf_free(answer->numbers);
+    srnf_free(answer->positions);
     srnf_free(answer->predictions);
     srnf_free(answer->evidence);
     srnf_free(answer->probabilities);
@@ -292,6 +293,7 @@ static int load(struct jobs_run *run, const struct predict *predict, const struc
                 struct predict_answer *answer, struct jobs_result *result)
 {
     struct group_input group = predict->group; /* a view */
+    int status;
 
     for (size_t c = 0; c < kept->classes; c++) {
         const json_t *prior = json_object_get(predict->priors, kept->names[c]);
@@ -299,7 +301,8 @@ static int load(struct jobs_run *run, const struct predict *predict, const struc
         answer->priors[c] = prior ? json_number_value(prior) : kept->classifier.priors[c];
     }
     group.mesh_degree = model_mesh_degree(&kept->model.stored, kept->made);
-    return group_load(run, &group, true, (size_t)kept->model.stored.lmax, &answer->group, result);
+    status = group_load(run, &group, true, (size_t)kept->model.stored.lmax, &answer->group, result);
+    return status ? status : predict_place(run, &group, kept, answer, result);
 }
 
 static int compute(struct jobs_run *run, const struct predict *predict, const struct kept *kept,
@@ -310,6 +313,7 @@ static int compute(struct jobs_run *run, const struct predict *predict, const st
                                        .pca = &kept->model.pca,
                                        .n_parts = joint->n_parts,
                                        .weights = joint->weights,
+                                       .position_weight = joint->position_weight,
                                        .target = kept->target,
                                        .mean_q = kept->model.stored.arrays[STORE_MODEL_MEAN_Q],
                                        .labels = kept->labels,
@@ -330,9 +334,10 @@ static int compute(struct jobs_run *run, const struct predict *predict, const st
         return status;
     }
     jobs_run_phase(run, 100.0);
-    status = srnf_predict(sht, &frozen, answer->n, answer->group.surfaces, answer->numbers,
-                          &kept->registration, answer->priors, jobs_run_context(run),
-                          answer->predictions, answer->evidence, answer->probabilities, &error);
+    status =
+        srnf_predict(sht, &frozen, answer->n, answer->group.surfaces, answer->positions,
+                     answer->numbers, &kept->registration, answer->priors, jobs_run_context(run),
+                     answer->predictions, answer->evidence, answer->probabilities, &error);
     for (size_t i = 0; i < answer->n && status == 0; i++) {
         answer->nearest[i] = answer->mirrored[i] = answer->predictions[i].nearest;
     }

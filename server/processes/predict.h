@@ -57,6 +57,9 @@ struct group_input predict_subjects(const struct group_input *group, size_t n_pa
 /* Of several structures [{name, surface, distance, residual}] of subject i; otherwise null. */
 json_t *predict_parts_json(const struct group_input *group, const struct kept *kept,
                            const struct srnf_class_prediction *prediction, size_t i);
+/* {distance, residual} of the relative positions; null of a classifier without them. */
+json_t *predict_position_json(const struct kept *kept,
+                              const struct srnf_class_prediction *prediction);
 
 /* predict_numbers.c: the input covariates; and for complete, whether the classifier's covariates
    are there, which it puts into the canonical cohort where one is given. */
@@ -77,6 +80,7 @@ struct predict_answer {
     size_t n; /* subjects: the members of each part */
     struct compute_group group;
     double *numbers;                           /* [n][numbers of the classifier] beside shape */
+    double *positions;                         /* [n][parts][3], or NULL */
     double *priors;                            /* [classes] */
     struct srnf_class_prediction *predictions; /* [n] */
     double *evidence, *probabilities;          /* [n][classes] */
@@ -95,6 +99,11 @@ size_t predict_member(const struct kept *kept, const struct predict_answer *answ
 int predict_mirrored(struct jobs_run *run, const struct srnf_sht *sht,
                      const struct srnf_frozen *frozen, const struct kept *kept,
                      struct predict_answer *answer, struct srnf_error *error);
+
+/* predict_parts.c: where the parts of the subjects of a group, as it was loaded, are, for a
+   classifier that heeds it; 0, or a negative status with the problem set. */
+int predict_place(struct jobs_run *run, const struct group_input *group, const struct kept *kept,
+                  struct predict_answer *answer, struct jobs_result *result);
 
 /* predict_result.c: the result document; NULL with the problem set. */
 json_t *predict_document(struct jobs_run *run, const struct group_input *group,

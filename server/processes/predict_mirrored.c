@@ -13,6 +13,7 @@ struct images {
     double *coefficients;    /* [parts][n][3][(L+1)^2] */
     const double **surfaces; /* [parts][n] */
     double *features;        /* [n][numbers beside shape] */
+    double *positions;       /* [n][parts][3], or NULL */
     double *evidence, *probabilities;
     struct srnf_class_prediction *found; /* [n] */
 };
@@ -23,8 +24,23 @@ static void images_clear(struct images *images)
     srnf_free(images->coefficients);
     srnf_free(images->surfaces);
     srnf_free(images->features);
+    srnf_free(images->positions);
     srnf_free(images->evidence);
     srnf_free(images->found);
+}
+
+/* Mirrored as the surfaces are, x to -x. */
+static int place_images(struct images *images, size_t n_parts, const double *positions)
+{
+    size_t each = 3 * n_parts;
+
+    images->positions = srnf_alloc(images->n * each + 1, sizeof(double));
+    for (size_t k = 0; images->positions && k < images->n * each; k++) {
+        double x = positions[images->of[k / each] * each + k % each];
+
+        images->positions[k] = k % 3 == 0 ? 0.0 - x : x;
+    }
+    return images->positions ? SRNF_OK : SRNF_ENOMEM;
 }
 
 /* Of all but training members, of every structure. */
@@ -61,7 +77,8 @@ static int images_open(struct images *images, const struct kept *kept,
                count * sizeof(double));
         srnf_surface_mirror(group->degree, images->coefficients + at * count);
     }
-    return SRNF_OK;
+    return answer->positions ? place_images(images, kept->model.joint.n_parts, answer->positions)
+                             : SRNF_OK;
 }
 
 int predict_mirrored(struct jobs_run *run, const struct srnf_sht *sht,
@@ -74,9 +91,9 @@ int predict_mirrored(struct jobs_run *run, const struct srnf_sht *sht,
 
     context.progress = NULL;
     if (status == SRNF_OK && images.n > 0) {
-        status = srnf_predict(sht, frozen, images.n, images.surfaces, images.features,
-                              &kept->registration, answer->priors, &context, images.found,
-                              images.evidence, images.probabilities, error);
+        status = srnf_predict(sht, frozen, images.n, images.surfaces, images.positions,
+                              images.features, &kept->registration, answer->priors, &context,
+                              images.found, images.evidence, images.probabilities, error);
     }
     for (size_t a = 0; a < images.n && status == SRNF_OK; a++) {
         answer->mirrored[images.of[a]] = images.found[a].nearest;

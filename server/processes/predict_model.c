@@ -223,8 +223,7 @@ int kept_load(struct jobs_run *run, const char *id, struct kept *kept, struct jo
     kept->made = model_made_from(stored);
     parts = json_object_get(kept->record, "parts");
     kept->parts = json_array_size(parts) > 0 ? parts : NULL;
-    if (kept->model.joint.position_weight > 0.0 || !stored->arrays[STORE_MODEL_CALIBRATION] ||
-        !read_classifier(kept) ||
+    if (!stored->arrays[STORE_MODEL_CALIBRATION] || !read_classifier(kept) ||
         !registration_read(json_object_get(kept->made, "registration"), &kept->registration)) {
         return compute_fail_store(result, STORE_CORRUPT, id);
     }

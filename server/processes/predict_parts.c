@@ -338,6 +338,19 @@ struct group_input predict_subjects(const struct group_input *group, size_t n_pa
     return view;
 }
 
+int predict_place(struct jobs_run *run, const struct group_input *group, const struct kept *kept,
+                  struct predict_answer *answer, struct jobs_result *result)
+{
+    const struct compute_joint *joint = &kept->model.joint;
+
+    if (!(joint->position_weight > 0.0)) {
+        return 0;
+    }
+    answer->positions =
+        pca_parts_positions(run, group, answer->n, joint->n_parts, &answer->group, result);
+    return answer->positions ? 0 : -1;
+}
+
 json_t *predict_parts_json(const struct group_input *group, const struct kept *kept,
                            const struct srnf_class_prediction *prediction, size_t i)
 {
@@ -353,4 +366,13 @@ json_t *predict_parts_json(const struct group_input *group, const struct kept *k
                              "residual", json_finite(own->residual)));
     }
     return parts;
+}
+
+json_t *predict_position_json(const struct kept *kept,
+                              const struct srnf_class_prediction *prediction)
+{
+    return kept->model.joint.position_weight > 0.0
+               ? json_pack("{s:o, s:o}", "distance", json_finite(prediction->position.distance),
+                           "residual", json_finite(prediction->position.residual))
+               : json_null();
 }

@@ -110,10 +110,11 @@ static json_t *prediction_json(const struct group_input *group, const struct kep
                                   json_finite(gauss ? value : -value + 0.0));
     }
     return json_pack(
-        "{s:o, s:O, s:o, s:s, s:o, s:o, s:o, s:o, s:b, s:o, s:o}", "surface",
+        "{s:o, s:O, s:o, s:o, s:s, s:o, s:o, s:o, s:o, s:b, s:o, s:o}", "surface",
         kept->parts ? json_null() : json_string(group->ids[i]), "subject",
         json_array_get(subjects, i), "parts",
-        predict_parts_json(group, kept, &answer->predictions[i], i), "label",
+        predict_parts_json(group, kept, &answer->predictions[i], i), "position",
+        predict_position_json(kept, &answer->predictions[i]), "label",
         kept->names[answer->predicted[i]], "probabilities",
         assessment_by_class(answer->probabilities + i * kept->classes, kept->classes, kept->names),
         gauss ? "logLikelihoods" : "nearestDistances", evidence, "numbers", numbers, "truth",

@@ -165,6 +165,7 @@ static struct train_answer answer_of(const struct train *train)
     options->feature_weight = train->size_weight;
     options->n_parts = answer.n_parts;
     options->weights = answer.several ? train->parts.weights : NULL;
+    options->position_weight = answer.several ? train->parts.pose_weight : 1.0;
     return answer;
 }
 
@@ -177,9 +178,16 @@ static int load(struct jobs_run *run, const struct train *train, struct train_an
                                  : classify_classes_find(group->cohort, group->subjects,
                                                          &answer->classes, &missing);
 
-    return found ? group_load(run, group, true, (size_t)train->parts.mean.lmax, &answer->group,
-                              result)
-                 : compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
+    int status =
+        found ? group_load(run, group, true, (size_t)train->parts.mean.lmax, &answer->group, result)
+              : compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
+
+    if (status == 0 && train->parts.relative_pose) {
+        answer->options.positions = answer->positions =
+            pca_parts_positions(run, group, answer->n, answer->n_parts, &answer->group, result);
+        status = answer->positions ? 0 : -1;
+    }
+    return status;
 }
 
 static int compute(struct jobs_run *run, const struct train *train, struct train_answer *answer,
@@ -300,6 +308,7 @@ static void set_members(const struct train_answer *answer, json_t *document)
 {
     if (answer->several) {
         (void)json_object_set(document, "parts", answer->parts);
+        (void)json_object_set(document, "positions", answer->places);
     } else {
         (void)json_object_set_new(document, "members", json_integer((json_int_t)answer->n));
         (void)json_object_set_new(document, "relativeEnergy",
@@ -356,7 +365,9 @@ json_t *train_run(struct jobs_run *run, const void *typed, struct jobs_result *r
     }
     srnf_trained_clear(&answer.trained);
     srnf_free(answer.numbers);
+    srnf_free(answer.positions);
     json_decref(answer.parts);
+    json_decref(answer.places);
     classify_classes_clear(&answer.classes);
     compute_group_clear(&answer.group);
     return document;

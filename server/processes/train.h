@@ -113,9 +113,10 @@ struct train_answer {
     struct srnf_train_options options;
     struct srnf_trained trained;
     double *numbers;                      /* [n][of options] beside shape */
+    double *positions;                    /* [n][n_parts][3], or NULL */
     size_t n_theta, n_phi;                /* of one part */
     double mean_energies[SRNF_PARTS_MAX]; /* relative, of the inversions of the means */
-    json_t *parts;                        /* train-parts: as the record has them, owned */
+    json_t *parts, *places; /* train-parts: parts and positions of the record, owned */
 };
 
 /* train_model.c: stores templates, means and model; the record of the model, or NULL with the

@@ -223,7 +223,8 @@ static struct model_parts numbers_of(const struct train_answer *answer)
     const struct srnf_trained *trained = &answer->trained;
 
     return (struct model_parts){.group = &answer->group,
-                                .n_theta = answer->n_parts * answer->n_theta,
+                                .n_theta =
+                                    answer->n_parts * answer->n_theta + (answer->positions ? 1 : 0),
                                 .n_phi = answer->n_phi,
                                 .pca = &trained->pca,
                                 .mean_q = trained->mean_q,
@@ -248,7 +249,7 @@ static json_t *record_of(struct jobs_run *run, const struct train *train,
         made_from = pca_parts_making(run, process_of(answer), &train->parts.group, answer->n,
                                      numbers, registration);
         (void)json_object_set(record, "parts", answer->parts);
-        (void)json_object_set_new(record, "positions", json_null());
+        (void)json_object_set(record, "positions", answer->places);
     } else {
         made_from = model_making(run, process_of(answer), &train->parts.group, numbers,
                                  registration, (const char(*)[STORE_ID_MAX])answer->group.contents);
@@ -284,7 +285,21 @@ static json_t *keep_part(struct jobs_run *run, const struct train *train,
     return own;
 }
 
-/* Of all parts, in order (new reference), or NULL with the problem set. */
+/* Where the parts are in the mean, as the record has it; null without positions (new reference). */
+static json_t *places_json(const struct train_answer *answer, const struct srnf_stack *stack)
+{
+    double mean[3 * SRNF_PARTS_MAX] = {0.0};
+    const size_t sizes[2] = {answer->n_parts, 3};
+
+    if (!answer->positions) {
+        return json_null();
+    }
+    srnf_stack_take_positions(stack, answer->trained.mean_q, mean);
+    return json_pack("{s:f, s:o}", "weight", answer->options.position_weight, "mean",
+                     json_nested(mean, 2, sizes));
+}
+
+/* Of all parts, in order (new reference), or NULL with the problem set. places is set. */
 static json_t *keep_parts(struct jobs_run *run, const struct train *train,
                           struct train_answer *answer, const struct srnf_sht *sht, json_t **first,
                           struct jobs_result *result)
@@ -296,7 +311,7 @@ static json_t *keep_parts(struct jobs_run *run, const struct train *train,
     struct part part = {.mean_q = srnf_alloc(answer->n_theta * answer->n_phi, 3 * sizeof(double))};
     int status = srnf_stack_open(srnf_sht_grid(sht), answer->n_parts,
                                  answer->several ? train->parts.weights : (const double[]){1.0},
-                                 0.0, &stack);
+                                 answer->positions ? answer->options.position_weight : 0.0, &stack);
 
     status = part.mean_q ? status : SRNF_ENOMEM;
     if (status) {
@@ -311,6 +326,9 @@ static json_t *keep_parts(struct jobs_run *run, const struct train *train,
         srnf_stack_take(&stack, p, answer->trained.mean_q, part.mean_q);
         own = keep_part(run, train, answer, sht, &part, first, result);
         status = own ? json_array_append_new(parts, own) : -1;
+    }
+    if (status == 0) {
+        answer->places = places_json(answer, &stack);
     }
     srnf_free(part.mean_q);
     srnf_stack_clear(&stack);

@@ -30,6 +30,7 @@ static const struct process_input inputs[] = {
      "Of the squared distances of each part, of unit area, in those of subjects, by its name; 1 "
      "where none is given.",
      .own = &pca_parts_weights},
+    PCA_PARTS_POSE_INPUTS(train, parts.relative_pose, parts.pose_weight, "(commonPose)"),
     TRAIN_INPUTS,
     {.name = NULL},
 };
@@ -37,11 +38,13 @@ static const struct process_input inputs[] = {
 static const struct process_output outputs[] = {
     {"model", OUTPUT_OBJECT,
      "Record of the model, of kind classifier: what one of pca-parts has, about the templates, "
-     "without positions, with the template {surface, member} of each of its parts, "
+     "with the template {surface, member} of each of its parts, "
      "and " TRAIN_CLASSIFIER_TEXT " Its template is null: each part has its own."},
     {"parts", OUTPUT_OBJECTS,
      "For each part: name, weight, mean (id of its surface), relativeEnergy of that and template "
      "{surface, member}."},
+    {"positions", OUTPUT_OBJECT_OR_NULL,
+     "null without relativePose: weight, and mean (of each part, [x, y, z])."},
     TRAIN_OUTPUTS,
     {NULL, NULL, NULL},
 };
@@ -129,6 +132,7 @@ static const struct process_table table = {
     .inputs = inputs,
     .outputs = outputs,
     .size = sizeof(struct train),
+    .check = pca_parts_check_pose,
     .complete = complete,
     .run = train_run,
 };

@@ -2710,6 +2710,8 @@ export interface components {
             permutations?: number;
             seed?: number;
             commonPose?: boolean;
+            relativePose?: boolean;
+            poseWeight?: number;
             lmax?: number;
         };
         "classify-partsOutputs": {
@@ -2744,6 +2746,8 @@ export interface components {
             weights: {
                 [key: string]: number;
             };
+            relativePose?: boolean;
+            poseWeight?: number;
             /** @enum {unknown} */
             method?: "srnf-gauss" | "srnf-nn";
             components?: "auto" | number;
@@ -2761,6 +2765,7 @@ export interface components {
         "train-partsOutputs": {
             model?: Record<string, unknown>;
             parts?: Record<string, unknown>[];
+            positions?: Record<string, unknown> | null;
             validation?: Record<string, unknown>;
             perSubject?: Record<string, unknown>[];
             classes?: string[];

@@ -54,7 +54,7 @@ static int run_join(void)
     for (size_t k = 0; k < N * N; k++) {
         values[k] = (k % (N + 1) == 0) + 0.1 * (double)((k % N + 1) * (k / N + 1));
     }
-    status = srnf_folds_join(2, parts, weights, 3, NULL, &joint, NULL);
+    status = srnf_folds_join(2, parts, weights, NULL, 0.0, 3, NULL, &joint, NULL);
     if (status >= 0) {
         srnf_folds_clear(&joint);
     }

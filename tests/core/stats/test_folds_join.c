@@ -64,7 +64,7 @@ static struct srnf_folds join(const struct parts *p, size_t n_parts, const doubl
     struct srnf_folds joint;
     struct srnf_error error = {0};
 
-    if (srnf_folds_join(n_parts, p->folds, weights, 20, NULL, &joint, &error)) {
+    if (srnf_folds_join(n_parts, p->folds, weights, NULL, 0.0, 20, NULL, &joint, &error)) {
         fail_msg("joining: %s", error.message);
     }
     return joint;
@@ -135,6 +135,39 @@ static void sums_the_parts(void **state)
         }
     }
     srnf_folds_clear(&joint);
+    close_parts(&p);
+}
+
+/* Positions add their squared distances, of members in a fold and of those that are left out. */
+static void positions_count(void **state)
+{
+    static const double weights[] = {1.0, 3.0};
+    double positions[N][6];
+    struct test_random random = test_random_seed(4);
+    struct srnf_folds without, with;
+    struct parts p;
+    (void)state;
+
+    open_parts(&p);
+    compare(&p, NULL);
+    test_random_normals(&random, 6 * N, &positions[0][0]);
+    without = join(&p, 2, weights);
+    assert_int_equal(
+        srnf_folds_join(2, p.folds, weights, &positions[0][0], 2.0, 20, NULL, &with, NULL),
+        SRNF_OK);
+    for (size_t k = 0; k < N * N; k++) {
+        double square = without.distances[k] * without.distances[k];
+
+        for (size_t c = 0; c < 6; c++) {
+            double d = positions[k / N][c] - positions[k % N][c];
+
+            square += 2.0 * d * d;
+        }
+        assert_near(with.distances[k] * with.distances[k], square, 1e-10);
+    }
+    assert_true(with.spread[0] > without.spread[0]);
+    srnf_folds_clear(&with);
+    srnf_folds_clear(&without);
     close_parts(&p);
 }
 
@@ -215,7 +248,7 @@ static void tells_what_two_parts_have_together(void **state)
 
         options.components = way == 2 ? 2 : 1;
         assert_int_equal(srnf_folds_join(way == 2 ? 2 : 1, way == 1 ? parts + 1 : parts, weights,
-                                         options.components, NULL, &joint, NULL),
+                                         NULL, 0.0, options.components, NULL, &joint, NULL),
                          SRNF_OK);
         assert_int_equal(srnf_classify_gauss(&joint, labels, 2, &options, NULL, &found, NULL),
                          SRNF_OK);
@@ -263,7 +296,8 @@ static void finds_nothing_where_there_is_nothing(void **state)
             labels[i] = i % 2;
             features[i] = test_random_normal(&random);
         }
-        assert_int_equal(srnf_folds_join(2, parts, weights, 5, NULL, &joint, NULL), SRNF_OK);
+        assert_int_equal(srnf_folds_join(2, parts, weights, NULL, 0.0, 5, NULL, &joint, NULL),
+                         SRNF_OK);
         options.components = 3;
         options.covariance = SRNF_COVARIANCE_POOLED;
         options.features = features;
@@ -294,8 +328,9 @@ static void assert_refused(size_t n_parts, const struct srnf_folds *folds, const
     struct srnf_error error = {0};
     struct srnf_folds joint;
 
-    assert_int_equal(srnf_folds_join(n_parts, folds, weights, components, NULL, &joint, &error),
-                     SRNF_EINVAL);
+    assert_int_equal(
+        srnf_folds_join(n_parts, folds, weights, NULL, 0.0, components, NULL, &joint, &error),
+        SRNF_EINVAL);
     assert_null(joint.scores);
     assert_non_null(strstr(error.message, text));
 }
@@ -332,6 +367,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_part_is_itself),
         cmocka_unit_test(sums_the_parts),
+        cmocka_unit_test(positions_count),
         cmocka_unit_test(the_subject_left_out_leaves_no_trace),
         cmocka_unit_test(tells_what_two_parts_have_together),
         cmocka_unit_test(finds_nothing_where_there_is_nothing),

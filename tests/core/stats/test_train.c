@@ -62,8 +62,9 @@ static void check_predictions(const struct group *g, const struct srnf_train_opt
     struct srnf_class_prediction predictions[N];
     double evidence[2 * N], probabilities[2 * N], others[2 * N];
 
-    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, &options->registration,
-                                  NULL, NULL, predictions, evidence, probabilities, NULL),
+    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, NULL,
+                                  &options->registration, NULL, NULL, predictions, evidence,
+                                  probabilities, NULL),
                      SRNF_OK);
     for (size_t i = 0; i < N; i++) {
         assert_true(predictions[i].nearest < 1e-6);
@@ -72,12 +73,14 @@ static void check_predictions(const struct group *g, const struct srnf_train_opt
         assert_true(fabs(probabilities[2 * i] + probabilities[2 * i + 1] - 1.0) < 1e-14);
         assert_int_equal(srnf_platt_choose(2, probabilities + 2 * i, evidence + 2 * i), labels[i]);
     }
-    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, &options->registration,
-                                  equal, NULL, predictions, evidence, others, NULL),
+    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, NULL,
+                                  &options->registration, equal, NULL, predictions, evidence,
+                                  others, NULL),
                      SRNF_OK);
     assert_true(compare_difference(2 * N, probabilities, others) < 1e-12);
-    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, &options->registration,
-                                  first, NULL, predictions, evidence, others, NULL),
+    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, NULL,
+                                  &options->registration, first, NULL, predictions, evidence,
+                                  others, NULL),
                      SRNF_OK);
     for (size_t i = 0; i < N; i++) {
         double odds = probabilities[2 * i + 1] / probabilities[2 * i] * first[1] / first[0];
@@ -207,15 +210,15 @@ static void check_numbers(const struct group *g, bool gauss)
     for (size_t i = 0; i < N; i++) { /* each with the numbers of one of the other class */
         size_t other = (i + CLASS) % N;
 
-        assert_int_equal(srnf_predict(g->sht, &frozen, 1, g->surfaces + i, numbers + 2 * i,
+        assert_int_equal(srnf_predict(g->sht, &frozen, 1, g->surfaces + i, NULL, numbers + 2 * i,
                                       &options.registration, NULL, NULL, predictions, evidence,
                                       probabilities, NULL),
                          SRNF_OK);
         assert_int_equal(srnf_platt_choose(2, probabilities, evidence), labels[i]);
         assert_true(gauss || fabs(evidence[labels[i]]) < 1e-6); /* it is its own neighbour */
-        assert_int_equal(srnf_predict(g->sht, &frozen, 1, g->surfaces + i, numbers + 2 * other,
-                                      &options.registration, NULL, NULL, predictions, evidence,
-                                      probabilities, NULL),
+        assert_int_equal(srnf_predict(g->sht, &frozen, 1, g->surfaces + i, NULL,
+                                      numbers + 2 * other, &options.registration, NULL, NULL,
+                                      predictions, evidence, probabilities, NULL),
                          SRNF_OK);
         assert_true(!gauss || srnf_platt_choose(2, probabilities, evidence) == labels[other]);
         assert_true(gauss || evidence[labels[i]] < -1e-3);
@@ -227,8 +230,9 @@ static void check_numbers(const struct group *g, bool gauss)
             fabs(trained.classifier.factors[k] / (2.0 * factor_of(&trained.pca, numbers, k)) - 1.0),
             1e-8);
     }
-    assert_int_equal(srnf_predict(g->sht, &frozen, 1, g->surfaces, NULL, &options.registration,
-                                  NULL, NULL, predictions, evidence, probabilities, NULL),
+    assert_int_equal(srnf_predict(g->sht, &frozen, 1, g->surfaces, NULL, NULL,
+                                  &options.registration, NULL, NULL, predictions, evidence,
+                                  probabilities, NULL),
                      SRNF_EINVAL);
     srnf_trained_clear(&trained);
 }
@@ -403,8 +407,9 @@ static void judge_joint(const struct group *g, const struct srnf_train_options *
                                             &folds, NULL, &parts[p], NULL),
                          SRNF_OK);
     }
-    assert_int_equal(
-        srnf_folds_join(2, parts, part_weights, folds.max_components, NULL, &joint, NULL), SRNF_OK);
+    assert_int_equal(srnf_folds_join(2, parts, part_weights, NULL, 0.0, folds.max_components, NULL,
+                                     &joint, NULL),
+                     SRNF_OK);
     assert_int_equal(srnf_classify_gauss(&joint, labels, 2, &classify, NULL, &found, NULL),
                      SRNF_OK);
     memcpy(evidence, found.evidence, 2 * N * sizeof(double));
@@ -423,8 +428,9 @@ static void check_known(const struct group *g, const struct srnf_train_options *
     double evidence[2 * N], probabilities[2 * N];
 
     frozen.weights = part_weights;
-    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, &options->registration,
-                                  NULL, NULL, predictions, evidence, probabilities, NULL),
+    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, NULL,
+                                  &options->registration, NULL, NULL, predictions, evidence,
+                                  probabilities, NULL),
                      SRNF_OK);
     for (size_t i = 0; i < N; i++) {
         const struct srnf_class_prediction *p = &predictions[i];
@@ -438,8 +444,9 @@ static void check_known(const struct group *g, const struct srnf_train_options *
     for (size_t k = 0; k < g->each; k++) { /* one part of the first is another star */
         g->f[0][k] *= 1.5;
     }
-    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, &options->registration,
-                                  NULL, NULL, predictions, evidence, probabilities, NULL),
+    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, NULL,
+                                  &options->registration, NULL, NULL, predictions, evidence,
+                                  probabilities, NULL),
                      SRNF_OK);
     for (size_t k = 0; k < g->each; k++) {
         g->f[0][k] /= 1.5;
@@ -496,6 +503,79 @@ static void parts_are_nested_too(void **state)
     assert_true(before.probabilities[0] != after.probabilities[0]);
     srnf_trained_clear(&after);
     srnf_trained_clear(&before);
+    group_close(&g);
+}
+
+/* Two structures that are alike in both classes, the second farther from the first in one. */
+static void open_places(struct group *g, double positions[6 * N])
+{
+    struct test_random random = test_random_seed(6);
+
+    group_open_stars(g, DEGREE, 2 * N, 0.05);
+    for (size_t i = 0; i < N; i++) {
+        labels[i] = i >= CLASS;
+        for (size_t c = 0; c < 3; c++) {
+            double apart =
+                (c == 2 ? 0.5 + 0.2 * (double)labels[i] : 0.0) + 0.01 * test_random_normal(&random);
+
+            positions[6 * i + c] = 0.5 * apart;
+            positions[6 * i + 3 + c] = -0.5 * apart;
+        }
+    }
+}
+
+static void check_places(const struct group *g, const struct srnf_train_options *options,
+                         const struct srnf_trained *trained)
+{
+    struct srnf_frozen frozen = freeze(trained);
+    double evidence[2 * N], probabilities[2 * N];
+    struct srnf_class_prediction predictions[N];
+
+    frozen.weights = part_weights;
+    frozen.position_weight = options->position_weight;
+    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, options->positions, NULL,
+                                  &options->registration, NULL, NULL, predictions, evidence,
+                                  probabilities, NULL),
+                     SRNF_OK);
+    for (size_t i = 0; i < N; i++) {
+        const struct srnf_class_prediction *p = &predictions[i];
+        double parts = hypot(p->parts[0].distance, p->parts[1].distance);
+
+        assert_true(p->nearest < 1e-6 && p->residual < 1e-6 && p->position.residual < 1e-6);
+        assert_true(fabs(p->distance - trained->distances[i]) < 1e-6);
+        assert_true(p->position.distance > 0.1);
+        assert_true(fabs(hypot(parts, p->position.distance) - p->distance) < 1e-12);
+        assert_int_equal(srnf_platt_choose(2, probabilities + 2 * i, evidence + 2 * i), labels[i]);
+    }
+    assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, NULL, NULL,
+                                  &options->registration, NULL, NULL, predictions, evidence,
+                                  probabilities, NULL),
+                     SRNF_EINVAL);
+}
+
+static void positions_tell(void **state)
+{
+    double positions[6 * N];
+    struct group g;
+    (void)state;
+
+    open_places(&g, positions);
+    for (int gauss = 0; gauss < 2; gauss++) {
+        struct srnf_train_options options = options_of(gauss);
+        struct srnf_trained trained;
+
+        options.n_parts = 2;
+        options.weights = part_weights;
+        train_parts(&g, labels, &options, &trained);
+        assert_true(trained.assessment.correct < N);
+        srnf_trained_clear(&trained);
+        options.positions = positions;
+        options.position_weight = 4.0;
+        train_parts(&g, labels, &options, &trained);
+        assert_int_equal(trained.assessment.correct, N);
+        check_places(&g, &options, &trained);
+        srnf_trained_clear(&trained);
+    }
     group_close(&g);
 }
 
@@ -576,6 +656,11 @@ static void refuses(void **state)
     options.n_parts = 2;
     options.weights = (const double[2]){1.0, 0.0};
     refused(&g, labels, 2, &options, "the weight of part 1 is not above 0");
+    options.weights = NULL;
+    options.positions = (const double[6 * N]){[13] = NAN};
+    refused(&g, labels, 2, &options, "a position of member 2 is not finite");
+    options.position_weight = 0.0;
+    refused(&g, labels, 2, &options, "the weight of the positions is not above 0");
     group_close(&g);
 }
 
@@ -599,29 +684,29 @@ static void refuses_to_predict(void **state)
 
     group_open_stars(&g, DEGREE, 1, 0.2);
     classifier.platt = platt;
-    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, &registration, prior, NULL,
-                                  &prediction, evidence, p, &error),
+    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, NULL, &registration, prior,
+                                  NULL, &prediction, evidence, p, &error),
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "1 components of 0"));
     pca.components = 1;
-    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, &registration, prior, NULL,
-                                  &prediction, evidence, p, &error),
+    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, NULL, &registration, prior,
+                                  NULL, &prediction, evidence, p, &error),
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "label 5 of member 1"));
     of[1] = 1;
-    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, &registration, wrong, NULL,
-                                  &prediction, evidence, p, &error),
+    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, NULL, &registration, wrong,
+                                  NULL, &prediction, evidence, p, &error),
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "prior 1"));
     frozen.n_parts = 0;
-    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, &registration, prior, NULL,
-                                  &prediction, evidence, p, &error),
+    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, NULL, &registration, prior,
+                                  NULL, &prediction, evidence, p, &error),
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "0 parts"));
     frozen.n_parts = 1;
     frozen.weights = zeros;
-    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, &registration, prior, NULL,
-                                  &prediction, evidence, p, &error),
+    assert_int_equal(srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, NULL, &registration, prior,
+                                  NULL, &prediction, evidence, p, &error),
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "weights of the parts"));
     group_close(&g);
@@ -638,6 +723,7 @@ int main(void)
         cmocka_unit_test(a_number_of_one_member_alone_in_folds),
         cmocka_unit_test(several_structures_together),
         cmocka_unit_test(parts_are_nested_too),
+        cmocka_unit_test(positions_tell),
         cmocka_unit_test(weights_are_of_squares),
         cmocka_unit_test(refuses),
         cmocka_unit_test(refuses_to_predict),

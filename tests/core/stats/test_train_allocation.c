@@ -66,8 +66,8 @@ static int run_predict(void)
                                        .subjects = N};
     struct srnf_class_prediction prediction;
 
-    return srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, &options.registration, NULL, NULL,
-                        &prediction, evidence, probabilities, NULL);
+    return srnf_predict(g.sht, &frozen, 1, g.surfaces, NULL, NULL, &options.registration, NULL,
+                        NULL, &prediction, evidence, probabilities, NULL);
 }
 
 static void numbers_survive(void **state)
