@@ -66,6 +66,7 @@ async function main() {
     const run = (process, inputs) => call('POST', `/v1/processes/${process}/execution`, { inputs }, { 'Content-Type': 'application/json', Prefer: 'wait=300' });
     const model = (await run('pca', { cohort: 'once', register: false })).model.id;
     const classifier = (await run('train', { cohort: 'once', method: 'srnf-nn' })).model.id;
+    const together = (await run('pca-parts', { cohort: 'twice', register: false, modes: 0 })).model.id;
     const joint = (await run('train-parts', { cohort: 'twice', method: 'srnf-nn', lmax: 4, commonPose: true })).model.id;
 
     const group = { cohort: 'once', register: false };
@@ -89,6 +90,7 @@ async function main() {
         project: [{ model, surface: b }, 'The new subject among the others'],
         neighbours: [{ cohort: 'dozen', k: 3 }, 'those nearest to it', 12],
         score: [{ model, surface: b }, 'Percentile [0-9.]+'],
+        'score of structures': [{ model: together, parts: JSON.stringify({ [PAYLOADS[2]]: a, [PAYLOADS[3]]: b }) }, 'share of the Mahalanobis distance', 4],
         'evaluate-model': [{ ...group, cohort: 'dozen', samples: 10 }, 'Generalisation'],
         'compare-groups': [{ ...group, permutations: 19 }, 'distance of the means'],
         regress: [{ ...group, cohort: 'dozen', ...few, formula: 'shape ~ age + site' }, 'Predict from 40 to 51'],

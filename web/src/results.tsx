@@ -361,13 +361,30 @@ function Predicted({ result }: { result: api.Outputs<'predict'> }) {
                         : <p>Probability of {one.label}: {figure(100 * one.probabilities[one.label])} %, against {figure(100 * result.priors[one.label])} % before it was seen.</p>}
                 </div>
             </div>
-            {one.parts && <DataTable rows={[['structure', 'distance from the mean', 'beyond the model'], ...one.parts.map((part: any) => [part.name, part.distance, part.residual])]} />}
+            {one.parts && <DataTable rows={[['structure', 'distance from the mean', 'beyond the model'], ...one.parts.map((part: any) => [part.name, part.distance, part.residual]),
+                ...('position' in one && one.position ? [['where they are', one.position.distance, one.position.residual]] : [])]} />}
             <Findings result={result} />
         </>
     );
 }
 
 // ---- Beside the norm ---------------------------------------------------------------------------------------------------
+
+/** What each structure has in how odd a subject is, and where it is odd. */
+function ScoredParts({ parts, position }: { parts: any[]; position: any }) {
+    const [chosen, setChosen] = useState(0);
+    const part = parts[chosen];
+    return (
+        <>
+            <DataTable rows={[['structure', 'distance from the mean', 'beyond the model', 'share of the Mahalanobis distance', 'largest |z|', 'p of that'],
+                ...parts.map((p) => [p.name, p.distance, p.residual, p.mahalanobisShare, p.largestZ?.value, p.largestZ?.pValue]),
+                ...(position ? [['where they are', position.distance, position.residual, position.mahalanobisShare, null, null]] : [])]} />
+            <label class="no-report">Structure <select value={chosen} onChange={(e) => setChosen(+e.currentTarget.value)}>{parts.map((p, k) => <option value={k}>{p.name}</option>)}</select></label>
+            {part.zMap ? <Shape key={part.zMap.id} src={surfacePath(part.zMap.id, 32)} label={`${part.name} with its z map`} name={`z-map-${chosen}`} first="zScore" />
+                : <p class="quiet">No map was asked for.</p>}
+        </>
+    );
+}
 
 function Scored({ result }: { result: api.Outputs<'score'> }) {
     const { zMap, calibration } = result;
@@ -376,7 +393,8 @@ function Scored({ result }: { result: api.Outputs<'score'> }) {
             <p class="big">Percentile {figure(result.percentile)} <span class="quiet">({result.percentileInterval?.map((v: number) => figure(v)).join(' to ')}, beside {plural(result.subjects, 'subject')}; {plural(result.asOdd, 'of them is', 'of them are')} as odd)</span></p>
             <p>p = {figure(result.pValue)}. Mahalanobis distance {figure(result.mahalanobis)} in {plural(result.components, 'component')}, {figure(result.residual)} from their space.
                 {result.at ? ` Expected for ${textOfPoint(result.at)}.` : ''}{result.trainingSubject ? ' It is a member of the model, and was left out.' : ''}</p>
-            {zMap ? <Shape src={surfacePath(zMap.id, 32)} label="The surface with its z map" name="z-map" first="zScore" /> : <p class="quiet">No map was asked for.</p>}
+            {result.parts ? <ScoredParts parts={result.parts} position={result.position} />
+                : zMap ? <Shape src={surfacePath(zMap.id, 32)} label="The surface with its z map" name="z-map" first="zScore" /> : <p class="quiet">No map was asked for.</p>}
             {calibration && <p class="quiet">Percentiles of {plural(calibration.subjects, 'subject')} that were left out differ from uniform ones by {figure(calibration.overall?.distance)} (p = {figure(calibration.overall?.pValue)}).</p>}
             <Findings result={result} />
         </>

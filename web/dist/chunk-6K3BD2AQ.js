@@ -1,4 +1,4 @@
-import{A as B,B as y,D as U,E as V,G as q,H as C,K as H,N as h,P as j,Q as g,S as G,U as F,X as s,Y as k,Z as T,_,a as I,aa as W,ba as x,c as v,e as $,g as M,k as O,l as D,n as d,o as E,p as N,w as R}from"./chunk-ICU4LNKR.js";function te(e,l){let i=[],m=[],a="",t=!1;for(let n=0;n<e.length;n++){let r=e[n];t?r!=='"'?a+=r:e[n+1]==='"'?a+=e[++n]:t=!1:r==='"'&&a===""?t=!0:r===l||r===`
+import{A as B,B as y,D as U,E as V,G as q,H as C,K as H,N as h,P as j,Q as g,S as G,U as F,X as s,Y as k,Z as T,_,a as I,aa as W,ba as x,c as v,e as $,g as M,k as O,l as D,n as d,o as E,p as N,w as R}from"./chunk-R3KDB4OY.js";function te(e,l){let i=[],m=[],a="",t=!1;for(let n=0;n<e.length;n++){let r=e[n];t?r!=='"'?a+=r:e[n+1]==='"'?a+=e[++n]:t=!1:r==='"'&&a===""?t=!0:r===l||r===`
 `?(m.push(a.trim()),a="",r===`
 `&&(i.push(m),m=[])):a+=r}return(a||m.length)&&i.push([...m,a.trim()]),i.filter(n=>n.some(r=>r!==""))}function S(e){let l=e.replace(/^\uFEFF/,"").replace(/\r\n?/g,`
 `),i=l.slice(0,l.indexOf(`
