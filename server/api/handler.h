@@ -154,8 +154,8 @@ struct process_table; /* toolkit/table.h */
 
 struct api_process {
     const char *id, *title, *description;
-    /* Of an analysis: what was done, as the beginning of a sentence on methods that a report ends.
-       NULL: it analyses nothing. */
+    /* Of an analysis: what was done, as sentences for a paper, without the last full stop. Words in
+       square brackets hold where shapes were registered. NULL: it analyses nothing. */
     const char *methods;
     /* Its inputs and outputs: schemas, validation and typed inputs follow from it. */
     const struct process_table *table;

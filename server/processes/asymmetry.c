@@ -71,11 +71,12 @@ const struct api_process asymmetry_process = {
     .description = "Differences between the left and the right side of each subject, one of them "
                    "mirrored, after registering the two: directional asymmetry with a test by sign "
                    "flips and a map, fluctuating asymmetry, and what each subject has.",
-    .methods = "The left and the right side of each subject, one of them mirrored, were registered "
-               "to their mean and to each other, and directional asymmetry, the mean of the "
-               "differences, was tested by flipping the signs of whole subjects' differences; p at "
-               "each point of the map is corrected for all points by the maximum statistic, and "
-               "intervals come from a bootstrap of subjects",
+    .methods =
+        "The left and the right side of each subject, one of them mirrored, were [registered "
+        "to their mean and to each other, and ]compared. Directional asymmetry, the mean of "
+        "the differences, was tested by flipping the signs of whole subjects' differences; p at "
+        "each point of the map is corrected for all points by the maximum statistic, and "
+        "intervals come from a bootstrap of subjects",
     .table = &table,
     .seconds = paired_seconds,
 };

@@ -54,10 +54,11 @@ const struct api_process change_process = {
     .description = "Differences between two visits of each subject, after registering its two "
                    "surfaces: a test by sign flips, a map of the change in the units of the input "
                    "with its region of confidence, and what each subject does.",
-    .methods = "The two surfaces of each subject were registered to their mean and to each other, "
-               "and the mean of the changes within subjects was tested by flipping the signs of "
-               "whole subjects' changes; p at each point of the map is corrected for all points "
-               "by the maximum statistic, and intervals come from a bootstrap of subjects",
+    .methods =
+        "[The two surfaces of each subject were registered to their mean and to each "
+        "other. ]The mean of the changes within subjects was tested by flipping the signs of "
+        "whole subjects' changes; p at each point of the map is corrected for all points "
+        "by the maximum statistic, and intervals come from a bootstrap of subjects",
     .table = &table,
     .seconds = paired_seconds,
 };

@@ -173,7 +173,8 @@ const struct api_process compare_process = {
     .description = "A permutation test of the difference between the means of two groups, and a "
                    "map of where they differ, corrected for multiple comparisons, with covariates "
                    "regressed out.",
-    .methods = "The means of two groups of shapes were compared in the space of square-root normal "
+    .methods = "[All shapes were registered elastically to their mean. ]The means of two groups of "
+               "shapes were compared in the space of square-root normal "
                "fields (SRNFs) by a permutation test of their distance; p at each point of the map "
                "is corrected for all points by the maximum statistic",
     .table = &table,

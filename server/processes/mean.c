@@ -110,7 +110,7 @@ const struct api_process mean_process = {
     .description = "The Karcher mean: all surfaces registered to the mean SRNF, averaged, and so "
                    "on until it rests; then inverted once.",
     .methods = "The Karcher mean of the shapes was taken in the space of square-root normal fields "
-               "(SRNFs), with all shapes registered to it elastically unless register is no",
+               "(SRNFs)[, with all shapes registered to it elastically]",
     .table = &table,
     .seconds = mean_seconds,
 };

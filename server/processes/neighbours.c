@@ -243,7 +243,7 @@ const struct api_process neighbours_process = {
     .description = "The nearest other members of each member of a list or a cohort, by registered "
                    "distances, without registering pairs that a lower bound rules out.",
     .methods = "The nearest neighbours of each shape were found by distances of square-root normal "
-               "fields (SRNFs) after elastic registration",
+               "fields (SRNFs)[ after elastic registration]",
     .table = &table,
     .seconds = neighbours_seconds,
     .guessed = true, /* the shapes decide how many pairs the bound rules out */

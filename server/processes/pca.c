@@ -134,8 +134,7 @@ const struct api_process pca_process = {
                    "model that is kept.",
     .methods =
         "Principal components were taken of the square-root normal fields (SRNFs) of the shapes "
-        "about their mean, to which the shapes were registered elastically unless register "
-        "is no",
+        "about their mean[, to which the shapes were registered elastically]",
     .table = &table,
     .seconds = mean_seconds,
 };

@@ -138,10 +138,9 @@ const struct api_process pca_parts_process = {
     .title = "Joint principal components of several structures",
     .description = "The structures of each subject together: a mean of each, and the principal "
                    "components of the SRNFs of all of them, with or without where they are.",
-    .methods =
-        "Principal components were taken of the square-root normal fields (SRNFs) of all "
-        "structures of a subject together, each about its own mean, to which it was registered "
-        "elastically unless register is no, and times the root of its weight",
+    .methods = "Principal components were taken of the square-root normal fields (SRNFs) of all "
+               "structures of a subject together, each about its own mean[, to which it was "
+               "registered elastically,] and times the root of its weight",
     .table = &table,
     .seconds = mean_seconds,
 };

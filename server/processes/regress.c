@@ -156,7 +156,8 @@ const struct api_process regress_process = {
     .description = "How shape depends on covariates, by a formula: permutation tests, shares of "
                    "the variance and maps of each term, and predicted surfaces.",
     .methods =
-        "A linear model of the square-root normal fields (SRNFs) of the shapes was fitted; terms "
+        "[All shapes were registered elastically to their mean. ]A linear model of the square-root "
+        "normal fields (SRNFs) of the shapes was fitted; terms "
         "were tested by permutation of residuals under the reduced model (Freedman and Lane), "
         "maps controlled by the maximum statistic and by the false discovery rate, and "
         "shares of the variance have intervals by bootstrap",

@@ -208,65 +208,11 @@ static bool put_data(struct report_page *page, struct section *section)
     return whole;
 }
 
-/* ---- Methods --------------------------------------------------------------------------------- */
-
-static void put_option(FILE *out, const char *name, const json_t *value, const char **before)
-{
-    size_t n = json_array_size(value), i;
-    const json_t *one;
-
-    if (json_is_null(value) || json_is_object(value) || n > 12 ||
-        (json_is_array(value) && (n == 0 || json_is_object(json_array_get(value, 0))))) {
-        return;
-    }
-    (void)fputs(*before, out);
-    *before = ", ";
-    report_text(out, name);
-    (void)fputs(" = ", out);
-    if (!json_is_array(value)) {
-        report_scalar(out, value);
-    }
-    json_array_foreach(value, i, one)
-    {
-        (void)fputs(i ? " " : "", out);
-        report_scalar(out, one);
-    }
-}
-
-static void put_methods(FILE *out, const struct section *section)
-{
-    json_t *given = json_object_get(section->results, "inputs"), *value;
-    const char *cohort = cohort_of(section), *before = " Options: ", *name;
-    const char *build = json_string_value(json_object_get(section->results, "numericBuild"));
-    json_t *finished = json_time(section->job.finished_ms);
-
-    (void)fputs("<p>", out);
-    report_text(out, section->process && section->process->methods ? section->process->methods
-                     : section->process                            ? section->process->description
-                                                                   : section->job.process);
-    (void)fputs(" (srnfd, process ", out);
-    report_text(out, section->job.process);
-    if (cohort) {
-        (void)fputs(", cohort ", out);
-        report_text(out, cohort);
-    }
-    (void)fputs(").", out);
-    json_object_foreach(given, name, value)
-    {
-        put_option(out, name, value, &before);
-    }
-    (void)fputs(before[0] == ',' ? "." : "", out);
-    (void)fprintf(out, " Job %s, %.10s, numeric build ", section->job.id,
-                  json_is_string(finished) ? json_string_value(finished) : "");
-    report_text(out, build ? build : "unknown");
-    (void)fputs(".</p>", out);
-    json_decref(finished);
-}
-
 /* ---- The whole ------------------------------------------------------------------------------- */
 
-/* Writes the section, and its methods into a text of their own. */
-static bool put_section(struct report_page *page, const char *id, FILE *methods, json_t *list)
+/* Writes the section, and its methods. */
+static bool put_section(struct report_page *page, const char *id, struct report_methods *methods,
+                        json_t *list)
 {
     struct section section = {.results = NULL};
     bool good = section_read(page->run, id, &section, page->result);
@@ -278,7 +224,7 @@ static bool put_section(struct report_page *page, const char *id, FILE *methods,
         (void)fputs("</section>", page->body);
     }
     if (good) {
-        put_methods(methods, &section);
+        report_methods_add(methods, &section.job, section.results, section.process);
         (void)json_array_append_new(list, json_pack("{s:s, s:s, s:s}", "job", section.job.id,
                                                     "process", section.job.process, "name",
                                                     section.job.name ? section.job.name : ""));
@@ -293,30 +239,18 @@ static bool put_section(struct report_page *page, const char *id, FILE *methods,
 static bool put_sections(struct report_page *page, json_t *list)
 {
     const struct report_jobs *jobs = &page->asked->jobs;
-    char *text = NULL;
-    size_t size = 0;
-    FILE *methods = open_memstream(&text, &size);
-    bool good = methods != NULL;
+    struct report_methods methods;
+    bool opened = report_methods_open(&methods), good = opened, whole;
 
     for (size_t i = 0; good && i < jobs->n; i++) {
         jobs_run_phase(page->run, 100.0 / (double)jobs->n);
-        good = put_section(page, jobs->ids[i], methods, list);
+        good = put_section(page, jobs->ids[i], &methods, list);
     }
-    if (!methods || (fclose(methods) != 0 && good)) {
+    whole = report_methods_close(&methods, good ? page->body : NULL);
+    if (!opened || (good && !whole)) {
         (void)compute_fail(page->result, SRNF_ENOMEM, NULL, "the methods of the report");
-        good = false;
     }
-    if (good) {
-        (void)fputs("<section class=\"methods\"><h2>Methods</h2>", page->body);
-        (void)fwrite(text, 1, size, page->body);
-        (void)fputs("<p>srnfd " SRNF_VERSION
-                    " compares surfaces by their square-root normal fields (SRNF): Xie, Jermyn, "
-                    "Kurtek and Srivastava, Numerical Inversion of SRNFs for Efficient Elastic "
-                    "Shape Analysis of Star-Shaped Objects, ECCV 2014.</p></section>",
-                    page->body);
-    }
-    free(text);
-    return good;
+    return good && whole;
 }
 
 static void warn_omitted(const struct report_page *page, json_t *document)

@@ -6,7 +6,9 @@
 
 #include <stdio.h>
 
+#include "api/handler.h"
 #include "api/respond.h"
+#include "store/job.h"
 #include "toolkit/table.h"
 
 #define REPORT_JOBS_MAX 20
@@ -82,6 +84,24 @@ bool report_is_told(const char *name, const json_t *value);
    are an interval as one, and a p that is the least possible with its sign. */
 bool report_is_cell(const json_t *value);
 void report_put_cell(FILE *out, const json_t *object, const char *name);
+
+/* ---- Methods (report_methods.c) -------------------------------------------------------------- */
+
+/* Methods while they are written: paragraphs for a paper, and rows of what repeats the jobs. */
+struct report_methods {
+    FILE *words, *details;
+    char *texts[2]; /* of these, in their order */
+    size_t sizes[2];
+    char build[512]; /* of the last row */
+};
+
+/* False without memory; to be closed in any case. */
+bool report_methods_open(struct report_methods *methods);
+/* What a job did. process: NULL, of an older version. */
+void report_methods_add(struct report_methods *methods, const struct store_job *job,
+                        const json_t *results, const struct api_process *process);
+/* Writes them, unless out is NULL. False without memory. */
+bool report_methods_close(struct report_methods *methods, FILE *out);
 
 /* ---- Tables (report_tables.c) ---------------------------------------------------------------- */
 

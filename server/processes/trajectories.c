@@ -236,7 +236,8 @@ const struct api_process trajectories_process = {
     .description = "How surfaces change with time within subjects: the mean slope with a test by "
                    "sign flips and a map, how slopes depend on groups and covariates, surfaces "
                    "predicted at given times, and each subject beside the others.",
-    .methods = "A line was fitted to the square-root normal fields (SRNFs) of each subject's "
+    .methods = "[All shapes were registered elastically to their mean. ]A line was fitted to the "
+               "square-root normal fields (SRNFs) of each subject's "
                "visits by least squares, and its slope regressed on the subjects' covariates, "
                "weighted by how well each slope is known (two-stage least squares); the mean slope "
                "was tested by sign flips of whole subjects, terms by permutation of residuals "

@@ -175,7 +175,12 @@ compared = next(one['maps'] for one in data['shapes'] if {'significance', 'effec
 low = next(one['low'] for one in compared if one['name'] == 'significance')
 check(abs(low - least) < 1e-6, 'whose least p is that of the API', f'{low} {least}')
 text = ' '.join(reader.texts)
-check('Freedman and Lane' in text and 'permutations = 99' in text and 'numeric build srnf' in text, 'methods name test, options and build')
+methods = text[text.rindex('Options and versions') - 6000:]
+check('Freedman and Lane' in methods and 'There were 99 permutations.' in methods, 'methods name the test and its permutations')
+check('Shapes were not registered, but compared as they are parameterized.' in methods and 'registered elastically' not in methods and '[' not in methods, 'and say that nothing was registered')
+check('There were 6 shapes (3 of label L, 3 of label R), of the cohort nuclei.' in methods, 'of how many shapes')
+build = results['pca']['numericBuild']
+check(any(row and row[0] == 'compare-groups' and 'permutations = 99' in row[3] for row in reader.cells) and [row[4] for row in reader.cells if len(row) == 5 and row[0] == 'pca'] in ([build], ['the same']) and text.count(build) == 1, 'what repeats the jobs is a table, with the build once')
 PYTHON
 [ -s "$SCRATCH/checks" ] || not_ok 'the report is read' 'nothing came'
 while IFS=$'\t' read -r verdict name detail; do
