@@ -58,6 +58,27 @@ async function main() {
         return kept?.subject === HOSTILE && members.length === 12 || JSON.stringify(kept);
     });
 
+    await step('cells of a spreadsheet are pasted into the list, and taken back', async () => {
+        const cell = await page.waitForSelector('input[aria-label="Side of L_amygdala"]');
+        await cell.evaluate((node) => {
+            const clipboardData = new DataTransfer();
+            clipboardData.setData('text/plain', 'R\t3\r\nlh\t4.5\r\n');
+            node.dispatchEvent(new ClipboardEvent('paste', { clipboardData, bubbles: true, cancelable: true }));
+        });
+        await waitText(page, '2 by 2 cells pasted');
+        const said = await page.evaluate(() => ['L_amygdala', 'L_caudate'].map((name) => ['Side', 'Time'].map((of) => document.querySelector(`input[aria-label="${of} of ${name}"]`).value).join(' ')).join(', '));
+        await press(page, 'Undo 2 changes');
+        await page.waitForFunction(() => ![...document.querySelectorAll('button')].some((b) => /^Save/.test(b.textContent)));
+        return said === 'right 3, left 4.5' || said;
+    });
+    await step('a table that does not fit is told of, with the way out', async () => {
+        await press(page, 'Paste a table');
+        await page.type('textarea', 'file,label\n"L_amygdala,a');
+        await press(page, 'Use it');
+        await waitText(page, 'The quote that begins in line 2 is not closed.');
+        await waitText(page, 'A table has a column file');
+    });
+
     await step('the form of a process starts it', async () => {
         await visit(page, '#/analyses/pca?cohort=sides');
         await page.waitForSelector('#in-cohort');

@@ -2,7 +2,7 @@
 import { useEffect, useMemo, useState } from 'preact/hooks';
 import { between, blend, boundsOf, copyOf } from './geometry';
 import type { Surface3 } from './glb';
-import { ColourBar, mapOf, paintedBy } from './maps';
+import { ColourBar, mapOf, nameOfMap, paintedBy } from './maps';
 import { axesOf, commonOf, linesOf, textOfPoint } from './series';
 import type { Line, Point } from './series';
 import { PictureButtons, View, linked, shapeAt, surfacePath } from './shape';
@@ -88,7 +88,7 @@ export function Along({ predictions }: { predictions: Prediction[] }) {
                             {axes.map((name) => <option>{name}</option>)}
                         </select></label>}
                         {names.length > 0 && <label>Map <select value={map} onChange={(e) => setMap(e.currentTarget.value)}>
-                            <option value="">none</option>{names.map((name) => <option>{name}</option>)}
+                            <option value="">none</option>{names.map((name) => <option value={name}>{nameOfMap(name)}</option>)}
                         </select></label>}
                         <button onClick={() => setPlaying(!playing)} aria-pressed={playing}>{playing ? 'Stop' : 'Play'}</button>
                         <label class="row grow"><span>{axis} <output>{figure(here)}</output></span>

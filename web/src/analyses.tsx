@@ -245,12 +245,15 @@ function Field({ input, kind, text, set, choices, hint, around }: {
     } else if (kind === 'number') {
         field = <input {...shared} type="number" step={hasType(schema, 'integer') ? 1 : 'any'} min={schema.minimum} max={schema.maximum} value={text} onInput={(e) => set(e.currentTarget.value)} />;
     } else field = <input {...shared} type="text" value={text} placeholder={input.name === 'formula' ? 'shape ~ age + sex' : undefined} onInput={(e) => set(e.currentTarget.value)} />;
-    const terms = input.name === 'formula' ? namesOfMembers(around.members).filter((name) => !name.includes('`') && !namesIn(text).includes(name)) : [];
+    const listed = input.name === 'covariates' && kind === 'texts';
+    const terms = input.name === 'formula' ? namesOfMembers(around.members).filter((name) => !name.includes('`') && !namesIn(text).includes(name))
+        : listed ? numbersOf(around.members).filter((name) => !/[,;]/.test(name) && !(valueOf(kind, text, schema) as string[] | undefined)?.includes(name)) : [];
+    const withName = (name: string) => (listed ? [...(valueOf(kind, text, schema) as string[] | undefined ?? []), name].join(', ') : withTerm(text, name));
     return (
         <div class="field">
             <label for={id}>{input.title}{input.required ? '' : <span class="quiet"> optional</span>}</label>
             {field}
-            {terms.length > 0 && <div class="actions">{terms.slice(0, 20).map((name) => <button type="button" onClick={() => set(withTerm(text, name))}>{`+ ${name}`}</button>)}</div>}
+            {terms.length > 0 && <div class="actions">{terms.slice(0, 20).map((name) => <button type="button" onClick={() => set(withName(name))}>{`+ ${name}`}</button>)}</div>}
             <p class="help" id={`${id}-help`}>{input.description}{range ? ` From ${range}.` : ''}{hint ? ` ${hint}` : ''}</p>
         </div>
     );
@@ -262,6 +265,10 @@ function namesOfMembers(members: api.Member[]): string[] {
     const own = (['label', 'time', 'side'] as const).filter((name) => members.some((m) => m[name] !== null && m[name] !== undefined));
     return [...own, ...known];
 }
+
+/** Covariates that can be regressed out, or count beside shape: numbers, true and false. */
+const numbersOf = (members: api.Member[]): string[] => [...new Set(members.flatMap((m) => Object.keys(m.covariates ?? {})))]
+    .filter((name) => members.every((m) => !['string', 'object'].includes(typeof (m.covariates?.[name] ?? undefined))));
 
 function columnsOf(members: api.Member[]): string {
     const all = namesOfMembers(members);
@@ -381,7 +388,7 @@ export function Form({ id }: { id: string }) {
                 .sort((a, b) => +(b.kind === 'cohort') - +(a.kind === 'cohort'));
             const all = { ...choices, shapes: [...sent, ...choices.shapes] };
             const show = ({ input, kind }: (typeof fields)[0]) => (
-                <Field key={input.name} input={input} kind={kind} choices={all} text={texts[input.name] ?? ''} hint={/^(covariates|formula)$/.test(input.name) ? columnsOf(members) : undefined} around={{ process: id, texts, members, parts: partsOfModel, sent: (shape) => setSent((before) => [shape, ...before]) }}
+                <Field key={input.name} input={input} kind={kind} choices={all} text={texts[input.name] ?? ''} hint={input.name === 'formula' ? columnsOf(members) : undefined} around={{ process: id, texts, members, parts: partsOfModel, sent: (shape) => setSent((before) => [shape, ...before]) }}
                     set={(text) => setTexts((now) => ({ ...now, [input.name]: text }))} />
             );
             const fine = fields.filter((f) => FINE.test(f.input.name) && !f.input.required);

@@ -1,7 +1,7 @@
 // Charts as SVG of our own, so that what is taken away is what is seen. Each has its figures as a table too.
 import type { ComponentChildren } from 'preact';
-import { useRef } from 'preact/hooks';
-import { colourText, groupLook } from './colours';
+import { useMemo, useRef, useState } from 'preact/hooks';
+import { colourAt, colourText, groupLook } from './colours';
 import { csv, figure, save } from './text';
 
 export type Rows = (string | number | null)[][];
@@ -160,6 +160,8 @@ export function Scatter({ title, name, dots, labels, chosen, onChoose, equal }: 
     );
 }
 
+const SPREAD_MANY = 40; // marks, which are small from there on
+
 /** Where the members are along one axis from -3 to 3, a line for each group; those beyond stand at its ends. */
 export function Spread({ title, values, at, width = 3 }: { title: string; values: { value: number; name: string; group?: string | null }[]; at: number; width?: number }) {
     const groups = [...new Set(values.map((v) => v.group).filter((g): g is string => !!g))];
@@ -176,7 +178,7 @@ export function Spread({ title, values, at, width = 3 }: { title: string; values
             {lines.map((_, i) => <path d={`M8 ${9 + 14 * i}H312`} stroke="currentColor" stroke-opacity=".2" />)}
             {values.map((v) => {
                 const { colour, path } = groupLook(groups, v.group);
-                return <path transform={`translate(${x(v.value).toFixed(1)} ${9 + 14 * Math.max(0, groups.indexOf(v.group ?? ''))})`} d={path} fill={colour} fill-opacity=".8"><title>{`${v.name}${v.group ? ` (${v.group})` : ''}: ${figure(v.value)}`}</title></path>;
+                return <path transform={`translate(${x(v.value).toFixed(1)} ${9 + 14 * Math.max(0, groups.indexOf(v.group ?? ''))})${values.length > SPREAD_MANY ? ' scale(.6)' : ''}`} d={path} fill={colour} fill-opacity=".8"><title>{`${v.name}${v.group ? ` (${v.group})` : ''}: ${figure(v.value)}`}</title></path>;
             })}
         </svg>
     );
@@ -264,42 +266,49 @@ interface Tree { at: number; height: number; leaves: number[]; left?: Tree; righ
 
 /** Average linkage (UPGMA): the order of the leaves and the tree. */
 export function cluster(matrix: number[][]): Tree {
-    let nodes: Tree[] = matrix.map((_, i) => ({ at: i, height: 0, leaves: [i] }));
-    while (nodes.length > 1) {
-        let best: [number, number, number] = [0, 1, Infinity];
-        for (let i = 0; i < nodes.length; i++)
-            for (let j = i + 1; j < nodes.length; j++) {
-                let sum = 0;
-                for (const a of nodes[i].leaves) for (const b of nodes[j].leaves) sum += matrix[a][b];
-                const mean = sum / (nodes[i].leaves.length * nodes[j].leaves.length);
-                if (mean < best[2]) best = [i, j, mean];
-            }
-        const [i, j, height] = best;
-        const joined = { at: -1, height, left: nodes[i], right: nodes[j], leaves: [...nodes[i].leaves, ...nodes[j].leaves] };
-        nodes = nodes.filter((_, k) => k !== i && k !== j).concat(joined);
+    const d = matrix.map((row) => Float64Array.from(row));
+    const nodes: Tree[] = matrix.map((_, i) => ({ at: i, height: 0, leaves: [i] }));
+    let open = nodes.map((_, i) => i);
+    const nearest = (i: number): number => open.reduce((best, j) => (j !== i && (best < 0 || d[i][j] < d[i][best]) ? j : best), -1);
+    const near = open.map(nearest);
+    while (open.length > 1) {
+        const i = open.reduce((best, k) => (d[k][near[k]] < d[best][near[best]] ? k : best));
+        const j = near[i];
+        const [left, right] = [nodes[i], nodes[j]];
+        const [p, q] = [left.leaves.length, right.leaves.length];
+        nodes[i] = { at: -1, height: d[i][j], left, right, leaves: [...left.leaves, ...right.leaves] };
+        open = open.filter((k) => k !== j);
+        for (const k of open) if (k !== i) d[i][k] = d[k][i] = (p * d[i][k] + q * d[j][k]) / (p + q);
+        // What was joined is no nearer to others than one of its parts was: only these look anew.
+        for (const k of open) if (k === i || near[k] === i || near[k] === j) near[k] = nearest(k);
     }
-    return nodes[0];
+    return nodes[open[0]];
 }
 
 /** Classical scaling: the first two coordinates, by power iteration on the doubly centred squares. */
 export function scaling(matrix: number[][]): { points: [number, number][]; share: number } {
     const n = matrix.length;
-    const square = matrix.map((r) => r.map((d) => d * d));
+    const square = matrix.map((r) => Float64Array.from(r, (d) => d * d));
     const mean = square.map((r) => r.reduce((a, b) => a + b, 0) / n);
     const all = mean.reduce((a, b) => a + b, 0) / n;
     const b = square.map((r, i) => r.map((d, j) => -0.5 * (d - mean[i] - mean[j] + all)));
     const trace = b.reduce((sum, r, i) => sum + Math.max(0, r[i]), 0);
-    const vectors: { value: number; vector: number[] }[] = [];
+    const dot = (v: Float64Array, w: Float64Array): number => {
+        let sum = 0;
+        for (let i = 0; i < n; i++) sum += v[i] * w[i];
+        return sum;
+    };
+    const vectors: { value: number; vector: Float64Array }[] = [];
     for (let k = 0; k < 2; k++) {
-        let v = Array.from({ length: n }, (_, i) => Math.sin(1 + i * (k + 1.7)));
+        let v = Float64Array.from({ length: n }, (_, i) => Math.sin(1 + i * (k + 1.7)));
         let value = 0;
         for (let round = 0; round < 300; round++) {
             for (const e of vectors) {
-                const dot = v.reduce((sum, x, i) => sum + x * e.vector[i], 0);
-                v = v.map((x, i) => x - dot * e.vector[i]);
+                const along = dot(v, e.vector);
+                v = v.map((x, i) => x - along * e.vector[i]);
             }
-            const w = b.map((r) => r.reduce((sum, x, i) => sum + x * v[i], 0));
-            value = Math.hypot(...w);
+            const w = Float64Array.from(b, (r) => dot(r, v));
+            value = Math.sqrt(dot(w, w));
             if (value === 0) break;
             v = w.map((x) => x / value);
         }
@@ -309,35 +318,77 @@ export function scaling(matrix: number[][]): { points: [number, number][]; share
     return { points, share: trace > 0 ? (vectors[0].value + vectors[1].value) / trace : 0 };
 }
 
-export function HeatMap({ labels, matrix, chosen, onChoose }: { labels: string[]; matrix: number[][]; chosen?: number; onChoose: (i: number) => void }) {
-    const tree = cluster(matrix);
-    const n = labels.length;
-    const side = 300 / n;
-    const most = Math.max(...matrix.flat());
-    const place = new Map(tree.leaves.map((leaf, i) => [leaf, i]));
+const CELLS_MAX = 64; // on a side: of more, the cells are one picture
+
+/** Cells as a picture of one pixel each. */
+function cellPicture(order: number[], matrix: number[][], most: number): string {
+    const n = order.length;
+    const canvas = document.createElement('canvas');
+    canvas.width = canvas.height = n;
+    const pen = canvas.getContext('2d')!;
+    const pixels = pen.createImageData(n, n);
+    order.forEach((i, row) => order.forEach((j, column) => {
+        pixels.data.set([...colourAt('cividis', matrix[i][j] / most).map((c) => Math.round(255 * c)), 255], 4 * (row * n + column));
+    }));
+    pen.putImageData(pixels, 0, 0);
+    return canvas.toDataURL('image/png');
+}
+
+/** A tree as paths: all of it, and the way from one leaf to the root. */
+function treePaths(tree: Tree, chosen: number | undefined, x: (leaf: number) => number): [all: string, way: string] {
     const lines: string[] = [];
+    const way: string[] = [];
+    const y = (height: number) => 55 - 50 * (height / (tree.height || 1));
     const walk = (node: Tree): number => {
-        if (!node.left || !node.right) return 10 + (place.get(node.at)! + 0.5) * side;
-        const a = walk(node.left);
-        const b = walk(node.right);
-        const y = (h: number) => 55 - 50 * (h / (tree.height || 1));
+        if (!node.left || !node.right) return x(node.at);
+        const [a, b] = [walk(node.left), walk(node.right)];
         lines.push(`M${a} ${y(node.left.height)}V${y(node.height)}H${b}V${y(node.right.height)}`);
-        return (a + b) / 2;
+        const middle = (a + b) / 2;
+        if (chosen !== undefined && node.leaves.includes(chosen)) {
+            const [at, below] = node.left.leaves.includes(chosen) ? [a, node.left] : [b, node.right];
+            way.push(`M${at} ${y(below.height)}V${y(node.height)}H${middle}`);
+        }
+        return middle;
     };
     walk(tree);
+    return [lines.join(''), way.join('')];
+}
+
+export function HeatMap({ labels, matrix, chosen, onChoose }: { labels: string[]; matrix: number[][]; chosen?: number; onChoose: (i: number) => void }) {
+    const n = labels.length;
+    const side = 300 / n;
+    const [here, setHere] = useState('');
+    const { tree, most, place, cells } = useMemo(() => {
+        const tree = cluster(matrix);
+        const most = matrix.reduce((high, row) => row.reduce((a, b) => Math.max(a, b), high), 0) || 1;
+        const cells = n > CELLS_MAX
+            ? <image x="10" y="60" width="300" height="300" preserveAspectRatio="none" image-rendering="pixelated" href={cellPicture(tree.leaves, matrix, most)} />
+            : tree.leaves.map((i, row) => tree.leaves.map((j, column) => <rect x={10 + column * side} y={60 + row * side} width={side} height={side} fill={colourText('cividis', matrix[i][j] / most)} />));
+        return { tree, most, place: new Map(tree.leaves.map((leaf, i) => [leaf, i])), cells };
+    }, [matrix]);
+    const [lines, way] = useMemo(() => treePaths(tree, chosen, (leaf) => 10 + (place.get(leaf)! + 0.5) * side), [tree, chosen]);
+    const under = (e: MouseEvent): [number, number] => {
+        const box = (e.currentTarget as SVGElement).getBoundingClientRect();
+        const leaf = (part: number) => tree.leaves[Math.max(0, Math.min(n - 1, Math.floor(part * n)))];
+        return [leaf((e.clientY - box.top) / box.height), leaf((e.clientX - box.left) / box.width)];
+    };
+    const row = chosen === undefined ? undefined : place.get(chosen);
     return (
         <Chart title="Distances, in the order of the tree" name="distances" rows={[['', ...labels], ...matrix.map((r, i) => [labels[i], ...r])]}>
             <svg viewBox="0 0 480 400" role="group" aria-label={`Distances between ${n} shapes; the greatest is ${figure(most)}`}>
-                <path d={lines.join('')} fill="none" stroke="currentColor" />
-                {tree.leaves.map((i, row) => tree.leaves.map((j, column) => (
-                    <rect x={10 + column * side} y={60 + row * side} width={side} height={side} fill={colourText('cividis', matrix[i][j] / most)}><title>{`${labels[i]} and ${labels[j]}: ${figure(matrix[i][j])}`}</title></rect>
-                )))}
-                {n <= 60 && tree.leaves.map((i, row) => (
-                    <text x="316" y={60 + (row + 0.5) * side + 4} font-size={Math.min(11, side)} fill="currentColor" class="dot" font-weight={chosen === i ? 'bold' : 'normal'} tabindex={0} role="button" aria-pressed={chosen === i}
+                <path d={lines} fill="none" stroke="currentColor" stroke-width={n > CELLS_MAX ? 0.5 : 1} />
+                {cells}
+                {row !== undefined && <path d={`${way}M10 ${60 + row * side}h300v${side}h-300ZM${10 + row * side} 60h${side}v300h${-side}Z`} fill="none" stroke="#d55e00" stroke-width="1.5" />}
+                <rect class="dot" x="10" y="60" width="300" height="300" fill="transparent" onPointerLeave={() => setHere('')}
+                    onClick={(e) => { const [i, j] = under(e); onChoose(i === chosen ? j : i); }}
+                    onPointerMove={(e) => { const [i, j] = under(e); setHere(`${labels[i]} and ${labels[j]}: ${figure(matrix[i][j])}`); }} />
+                {n <= CELLS_MAX ? tree.leaves.map((i, at) => (
+                    <text x="316" y={60 + (at + 0.5) * side + 4} font-size={Math.min(11, side)} fill="currentColor" class="dot" font-weight={chosen === i ? 'bold' : 'normal'} tabindex={0} role="button" aria-pressed={chosen === i}
                         onClick={() => onChoose(i)} onKeyDown={(e) => { if (e.key === 'Enter') onChoose(i); }}>{labels[i].slice(0, 26)}</text>
-                ))}
+                )) : row !== undefined && <text x="316" y={Math.min(360, 64 + (row + 0.5) * side)} font-size="11" fill="currentColor">{labels[chosen!].slice(0, 26)}</text>}
                 {Array.from({ length: 20 }, (_, i) => <rect x={10 + 15 * i} y="372" width="15" height="9" fill={colourText('cividis', i / 19)} />)}
                 <text x="10" y="394" font-size="11" fill="currentColor">0</text><text x="310" y="394" font-size="11" text-anchor="end" fill="currentColor">{figure(most)}</text>
+                {here && <text x="160" y="394" font-size="11" text-anchor="middle" fill="currentColor">{here.slice(0, 44)}</text>}
             </svg>
         </Chart>
     );

@@ -4,10 +4,9 @@ import * as api from './api';
 import { namesOf } from './names';
 import { go, link } from './router';
 import { Value, jobs, mayChange, say, useValue } from './state';
-import { parseTable } from './table';
 import { LongTable, Page, ProblemBox, Shown, Sure, csv, later, plural, save, useLoad, when } from './ui';
 import { DropZone, STATUS, Uploads } from './home';
-import { freeName, match, sideOf } from './upload';
+import { freeName, match, sideOf, tableOf } from './upload';
 
 const Gallery = later<any>(() => import('./shape').then((m) => m.Gallery));
 
@@ -52,6 +51,21 @@ const QUESTIONS: Question[] = [
 ];
 
 type Row = api.Member & { name: string; at: number };
+
+/** A column of the list: what a member has there, and what a text means there. */
+interface Field { title: string; width?: string; value: (r: Row) => any; store: (text: string, member: api.Member) => Partial<api.Member> }
+const isNumber = (text: string): boolean => text.trim() !== '' && Number.isFinite(Number(text));
+const FIELDS: Field[] = [
+    { title: 'Label', value: (r) => r.label, store: (t) => ({ label: t || null }) },
+    { title: 'Subject', value: (r) => r.subject, store: (t) => ({ subject: t || null }) },
+    { title: 'Side', width: '5rem', value: (r) => r.side, store: (t) => ({ side: sideOf(t) }) },
+    { title: 'Time', width: '5rem', value: (r) => r.time, store: (t) => ({ time: isNumber(t) ? Number(t) : null }) },
+    { title: 'Mirror', width: '5rem', value: (r) => !!r.mirror, store: (t) => ({ mirror: /^(true|1|yes)$/i.test(t) }) },
+];
+const covariateField = (name: string): Field => ({
+    title: name, width: '7rem', value: (r) => r.covariates?.[name],
+    store: (t, member) => ({ covariates: { ...member.covariates, [name]: t === '' ? null : isNumber(t) ? Number(t) : t } }),
+});
 
 /** Changes that are not saved yet, by cohort and its version: whoever looks at a shape and comes back finds them. */
 interface Draft { changed: Map<number, api.Member>; removed: Set<number>; columns: string[] }
@@ -100,7 +114,14 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
         }
     };
     const useTable = (given: string) => {
-        const table = parseTable(given);
+        setError(undefined);
+        setTold('');
+        let table;
+        try {
+            table = tableOf(given);
+        } catch (e) {
+            return setError(e);
+        }
         const found = match(table, members.map((m) => ({ id: m.id, name: names.get(m.id) || m.id })));
         const by = new Map(found.members.map((m) => [m.id, m]));
         setTold(`${found.members.length} of ${members.length} members matched`
@@ -115,20 +136,40 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
         ...rows.map((r) => [r.name, r.label, r.subject, r.time, r.side, r.mirror ? 'true' : 'false', ...covariates.map((c) => r.covariates?.[c] as any)]),
     ]), 'text/csv;charset=utf-8');
     const labels = [...new Set(rows.map((r) => r.label).filter((l) => l))] as string[];
-    const cell = (i: number, r: Row, title: string, value: unknown, store: (text: string) => Partial<api.Member>, list?: string) =>
-        mayChange() ? (
-            <input class="cell" value={value === null || value === undefined ? '' : `${value}`} list={list} aria-label={`${title} of ${r.name}`}
-                onChange={(e) => set(i, store(e.currentTarget.value))}
+    const fields: Field[] = [...FIELDS, ...covariates.map(covariateField)];
+    /** What was copied from a spreadsheet is put from a cell on, to the right and down. */
+    const paste = (event: ClipboardEvent, list: Row[], from: number, column: number) => {
+        const lines = (event.clipboardData?.getData('text/plain') ?? '').replace(/\r\n?/g, '\n').replace(/\n$/, '').split('\n').map((line) => line.split('\t'));
+        if (lines.length === 1 && lines[0].length === 1) return; // into one cell, as anywhere
+        event.preventDefault();
+        const next = new Map(changed);
+        list.slice(from, from + lines.length).forEach((r, i) => {
+            const member = { ...members[r.at], ...next.get(r.at) };
+            fields.slice(column, column + lines[i].length).forEach((field, k) => Object.assign(member, field.store(lines[i][k].trim(), member)));
+            next.set(r.at, member);
+        });
+        keep({ ...state, changed: next });
+        const [down, right] = [Math.min(lines.length, list.length - from), Math.min(lines[0].length, fields.length - column)];
+        setTold(`${down} by ${plural(right, 'cell')} pasted${lines.length > down || lines[0].length > right ? '; the rest had no place' : ''}. Save them, or undo.`);
+    };
+    const cell = (r: Row, index: number, list: Row[], field: Field, column: number) => {
+        const value = field.value(r);
+        if (field.title === 'Mirror') return <input type="checkbox" checked={!!value} disabled={!mayChange()} aria-label={`Mirror ${r.name}`} onChange={(e) => set(r.at, { mirror: e.currentTarget.checked })} />;
+        return mayChange() ? (
+            <input class="cell" value={value === null || value === undefined ? '' : `${value}`} list={field.title === 'Label' ? 'labels' : undefined} aria-label={`${field.title} of ${r.name}`}
+                onPaste={(e) => paste(e, list, index, column)}
+                onChange={(e) => set(r.at, field.store(e.currentTarget.value, r))}
                 onKeyDown={(e) => {
                     if (e.key !== 'Enter' && e.key !== 'ArrowDown' && e.key !== 'ArrowUp') return;
-                    set(i, store(e.currentTarget.value)); // the last row has no other to go to
+                    set(r.at, field.store(e.currentTarget.value, r)); // the last row has no other to go to
                     const row = e.currentTarget.closest('tr')!;
                     const to = e.key === 'ArrowUp' ? row.previousElementSibling : row.nextElementSibling;
-                    const column = (e.currentTarget.closest('td') as HTMLTableCellElement).cellIndex;
-                    (to as HTMLTableRowElement)?.cells[column]?.querySelector('input')?.focus();
+                    const place = (e.currentTarget.closest('td') as HTMLTableCellElement).cellIndex;
+                    (to as HTMLTableRowElement)?.cells[place]?.querySelector('input')?.focus();
                     e.preventDefault();
                 }} />
         ) : <>{value ?? '–'}</>;
+    };
     return (
         <section onDragOver={(e) => e.preventDefault()} onDrop={async (e) => {
             e.preventDefault();
@@ -148,7 +189,7 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
                 <form class="row tools" onSubmit={addColumn}>
                     <label>New column <input type="text" value={column} maxLength={127} placeholder="age" onInput={(e) => setColumn(e.currentTarget.value)} /></label>
                     <button disabled={!column.trim() || covariates.includes(column.trim())}>Add the column</button>
-                    <span class="quiet">A column is a covariate; it is kept with its first value. More members: choose them under <a href="#/meshes">Meshes</a>.</span>
+                    <span class="quiet">A column is a covariate; it is kept with its first value. Cells of a spreadsheet can be pasted into the list. More members: choose them under <a href="#/meshes">Meshes</a>.</span>
                 </form>
             )}
             {removed.size > 0 && <p role="status">{plural(removed.size, 'member')} will leave the cohort when it is saved; the meshes stay.</p>}
@@ -163,18 +204,11 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
             {error ? <ProblemBox error={error} again={reload} /> : null}
             <datalist id="labels">{labels.map((l) => <option value={l} />)}</datalist>
             <LongTable label={`Members of ${cohort.name}`} items={rows} keyOf={(r) => `${r.at}`}
-                columns={[{ title: 'Shape', by: (r) => r.name }, { title: 'Label', by: (r) => r.label }, { title: 'Subject', by: (r) => r.subject }, { title: 'Side', width: '5rem', by: (r) => r.side }, { title: 'Time', width: '5rem', by: (r) => r.time }, { title: 'Mirror', width: '5rem' },
-                    ...covariates.map((c) => ({ title: c, width: '7rem', by: (r: Row) => r.covariates?.[c] as string | number | null | undefined })), ...(mayChange() ? [{ title: 'Remove', hidden: true, width: '7rem' }] : [])]}
-                row={(r) => [
+                columns={[{ title: 'Shape', by: (r) => r.name }, ...fields.map((f) => ({ title: f.title, width: f.width, by: f.title === 'Mirror' ? undefined : f.value })),
+                    ...(mayChange() ? [{ title: 'Remove', hidden: true, width: '7rem' }] : [])]}
+                row={(r, index, list) => [
                     <a href={r.id.startsWith('mesh-') ? link('meshes', r.id) : link('shapes', r.id)}>{r.name}</a>,
-                    cell(r.at, r, 'Label', r.label, (t) => ({ label: t || null }), 'labels'),
-                    cell(r.at, r, 'Subject', r.subject, (t) => ({ subject: t || null })),
-                    cell(r.at, r, 'Side', r.side, (t) => ({ side: sideOf(t) })),
-                    cell(r.at, r, 'Time', r.time, (t) => ({ time: t !== '' && Number.isFinite(Number(t)) ? Number(t) : null })),
-                    <input type="checkbox" checked={!!r.mirror} disabled={!mayChange()} aria-label={`Mirror ${r.name}`} onChange={(e) => set(r.at, { mirror: e.currentTarget.checked })} />,
-                    ...covariates.map((c) => cell(r.at, r, c, r.covariates?.[c], (t) => ({
-                        covariates: { ...r.covariates, [c]: t === '' ? null : Number.isFinite(Number(t)) ? Number(t) : t },
-                    }))),
+                    ...fields.map((field, column) => cell(r, index, list, field, column)),
                     ...(mayChange() ? [<button aria-label={`Remove ${r.name} from the cohort`} onClick={() => keep({ ...state, removed: new Set([...removed, r.at]) })}>Remove</button>] : []),
                 ]} />
         </section>

@@ -66,7 +66,8 @@ const isPaired = (result: any): boolean => !!result.individual && Array.isArray(
 /** All charts that can be drawn of a result. */
 export function Findings({ result }: { result: any }) {
     const model = result.model;
-    const curves = QUALITY.map(([name, title]) => {
+    // The variance of components is a chart of its own.
+    const curves = (model?.eigenvalues ? [] : QUALITY).map(([name, title]) => {
         const points = (result[name] ?? []).filter((p: any) => typeof p?.value === 'number').map((p: any) => ({ x: p.components, y: p.value, error: p.standardError }));
         return points.length > 1 ? <Curve key={name} title={title} name={name} points={points} labels={['components', name]} /> : null;
     });

@@ -51,7 +51,8 @@ export function Groups({ result }: { result: api.Outputs<'compare-groups'> }) {
         <>
             <Headline test={result} against={`${flips}${result.regressedOut?.length ? `, ${result.regressedOut.join(', ')} regressed out` : ''}`} />
             <p>{result.groups?.join(' against ')}{sizes.length ? ` (${sizes.join(' and ')} subjects)` : ''}, distance of the means {figure(result.distance)}.</p>
-            <TestedMaps surface={result.surface.id} test={result} beside={[{ name: 'effect', text: 'effect' }]} />
+            <TestedMaps surface={result.surface.id} test={result} beside={[{ name: 'normalEffect', text: 'difference outwards' }, { name: 'effect', text: 'length of the difference' }]} />
+            <p class="quiet">Outwards is positive: there {result.groups?.[1]} lies farther out than {result.groups?.[0]}. Lengths are those of surfaces of area 1.</p>
             {result.inputs?.cohort?.name && result.groups?.length === 2 && <Between result={result} />}
         </>
     );

@@ -137,8 +137,9 @@ function Example() {
 export function Home() {
     const who = useValue(caller);
     const recent = useValue(jobs);
-    const cohorts = useLoad(() => api.list('cohorts', { limit: 6 }), [who]);
-    const meshes = useLoad(() => api.list('meshes', { limit: 1 }), [who]);
+    const sent = useValue(batch)?.cohort;
+    const cohorts = useLoad(() => api.list('cohorts', { limit: 6 }), [who, sent]);
+    const meshes = useLoad(() => api.list('meshes', { limit: 1 }), [who, sent]);
     const empty = cohorts.value?.items.length === 0 && meshes.value?.items.length === 0;
     return (
         <Page title={empty ? 'Start a study' : 'Studies'}>

@@ -7,6 +7,10 @@ import { cancelJob, progressText } from './tray';
 import { LongTable, Meter, Page, ProblemBox, Shown, Sure, later, span, useLoad, when } from './ui';
 import { STATUS } from './home';
 
+const SEARCH_PAUSE_MS = 300;
+/** Ids of processes, once they were asked for. */
+let known: Promise<string[]> | undefined;
+
 const Results = later<{ job: api.Job }>(() => import('./results').then((m) => m.Results));
 
 const took = (job: api.Job): string =>
@@ -21,14 +25,32 @@ export function Jobs() {
     useEffect(() => {
         void api.jobs().then((page) => setNext(page.next), () => {});
     }, []);
+    // What is not listed yet is found by its name or its process, in all of the history.
+    const [older, setOlder] = useState<api.Job[]>([]);
+    useEffect(() => {
+        const text = find.trim();
+        setOlder([]);
+        if (!text || next === null) return;
+        let gone = false;
+        const timer = setTimeout(async () => {
+            const processes = await (known ??= api.list('processes').then(({ items }) => items.map((p) => p.id), () => []));
+            const asked: Record<string, string>[] = [{ name: text }, ...processes.filter((id) => id === text.toLowerCase()).map((process) => ({ process }))];
+            void Promise.all(asked.map((by) => api.jobs({ limit: 200, ...by }).then((page) => page.items, () => []))).then((found) => gone || setOlder(found.flat()));
+        }, SEARCH_PAUSE_MS);
+        return () => {
+            gone = true;
+            clearTimeout(timer);
+        };
+    }, [find, next]);
     const more = async () => {
         const page = await api.jobs({ limit: 200, cursor: next! });
         setAll(all.concat(page.items));
         setNext(page.next);
     };
-    const seen = new Set(recent.map((j) => j.id));
-    const list = recent.concat(all.filter((j) => !seen.has(j.id)))
-        .filter((j) => (!state || j.status === state) && `${j.name} ${j.process} ${j.id} ${j.tags.join(' ')}`.toLowerCase().includes(find.toLowerCase()));
+    const found = new Set(older.map((j) => j.id));
+    const byId = new Map([...older, ...all, ...recent].map((j) => [j.id, j]));
+    const list = [...byId.values()].sort((a, b) => b.created.localeCompare(a.created))
+        .filter((j) => (!state || j.status === state) && (found.has(j.id) || `${j.name} ${j.process} ${j.id} ${j.tags.join(' ')}`.toLowerCase().includes(find.toLowerCase())));
     return (
         <Page title="Jobs">
             <div class="row tools">

@@ -8,7 +8,7 @@ import { boundsOf, copyOf, normalsOf } from './geometry';
 import type { Surface3 } from './glb';
 import { Linked } from './paths';
 import { link } from './router';
-import { existence, shapeOf } from './model_shape';
+import { LIVE_MAX, existence, shapeOf } from './model_shape';
 import type { Point } from './model_shape';
 import { middlesOf, movePart, placesOf, sizesOf } from './series';
 import type { Frames } from './series';
@@ -44,7 +44,6 @@ async function load(result: any, places: Map<number, number[]>): Promise<Frames[
 /** Of a model that is kept: shapes of any component are computed when it is first moved, and that of all when it is let go. */
 interface Live { load: (component: number) => Promise<void>; exact: (coefficients: number[], signal: AbortSignal) => Promise<Point[]> }
 
-const LIVE_MAX = 31; // degree up to which the service computes shapes while one waits
 const PLACES = [-3, -2, -1, 0, 1, 2, 3];
 
 function liveOf(id: string, names: string[], frames: Frames[], places: Map<number, number[]>): Live {

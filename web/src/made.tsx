@@ -7,9 +7,8 @@ import { namesOf } from './names';
 import { Linked } from './paths';
 import { link } from './router';
 import { Shape, surfacePath } from './shape';
-import { LongTable, figure, plural, useLoad } from './ui';
+import { FORMATS, LongTable, figure, plural, useLoad } from './ui';
 
-const FORMATS = ['ply', 'obj', 'stl', 'vtk', 'vtp', 'gii', 'glb'];
 const TINY = 1e-5;
 const percent = (v: number | null | undefined, digits = 3): string => (typeof v !== 'number' ? '–' : v !== 0 && Math.abs(v) < TINY ? 'less than 0.001 %' : `${figure(100 * v, digits)} %`);
 const idOf = (value: any): string | undefined => (typeof value === 'string' ? value : value?.id ?? value?.surface ?? value?.mesh);

@@ -8,10 +8,9 @@ import type { Ground, Place } from './landmarks';
 import { Linked } from './paths';
 import { link } from './router';
 import { Shape, linked, surfacePath, useShape } from './shape';
-import { figure, plural } from './ui';
+import { FORMATS, figure, plural } from './ui';
 
 const LISTED_MAX = 500;
-const FORMATS = ['ply', 'obj', 'stl', 'vtk', 'vtp', 'gii', 'glb'];
 
 export const idsOf = (result: any, job?: api.Job): string[] => result.inputs?.cohort?.surfaces ?? result.inputs?.surfaces ?? job?.inputs?.surfaces ?? [];
 

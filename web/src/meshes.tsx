@@ -3,8 +3,9 @@ import { useEffect, useMemo, useState } from 'preact/hooks';
 import * as api from './api';
 import { go, link } from './router';
 import { jobs, mayChange, refreshJobs, say } from './state';
-import { LongTable, Page, ProblemBox, Shown, Sure, figure, later, plural, size, useLoad } from './ui';
+import { FORMATS, LongTable, Page, ProblemBox, Shown, figure, later, plural, size, useLoad } from './ui';
 import { DropZone, Uploads } from './home';
+import { Delete, Rename } from './records';
 import { batch, freeName } from './upload';
 import { useValue } from './state';
 
@@ -83,17 +84,6 @@ export function Meshes() {
         setChosen(next);
     };
     const all = shown.length > 0 && shown.every((m) => chosen.has(m.id));
-    const remove = async () => {
-        setError(undefined);
-        try {
-            for (const id of chosen) await api.send('delete', '/v1/meshes/{id}', { id });
-            say(`${plural(chosen.size, 'mesh', 'meshes')} removed`);
-            setChosen(new Set());
-        } catch (e) {
-            setError(e);
-        }
-        setRound(round + 1);
-    };
     const makeCohort = async () => {
         const from = items.filter((m) => m.report.analysable && (chosen.size === 0 || chosen.has(m.id)));
         try {
@@ -117,7 +107,7 @@ export function Meshes() {
     return (
         <Page title="Meshes" actions={mayChange() && good > 0 && (
             <>
-                {chosen.size > 0 && <Sure onYes={remove} question={`Delete ${plural(chosen.size, 'mesh', 'meshes')}? What needs one keeps it.`}>Delete {chosen.size}</Sure>}
+                {chosen.size > 0 && <Delete kind="meshes" ids={[...chosen]} done={(kept) => { setChosen(new Set(kept)); setRound(round + 1); }} />}
                 {chosen.size > 0 && cohorts.length > 0 && <label><span class="sr">Add to a cohort</span> <select value="" onChange={(e) => void addTo(e.currentTarget.value)}>
                     <option value="">Add {chosen.size} to…</option>{cohorts.map((c) => <option>{c.name}</option>)}
                 </select></label>}
@@ -163,10 +153,14 @@ export function MeshPage({ id }: { id: string }) {
     const mesh = useLoad((signal) => api.get('/v1/meshes/{id}', { id }, signal), [id]);
     return (
         <Shown of={mesh} page label="the mesh">{(m) => (
-            <Page title={m.name || m.id} actions={<Mend mesh={m} done={(made) => go(link('meshes', made))} />}>
+            <Page title={m.name || m.id} actions={<>
+                <Mend mesh={m} done={(made) => go(link('meshes', made))} />
+                <Rename kind="meshes" id={id} name={m.name} done={mesh.reload} />
+                <Delete kind="meshes" ids={[id]} name={m.name || m.id} done={(kept) => kept.length || go('#/meshes')} />
+            </>}>
                 <div class="split">
                     <Shape src={`/v1/meshes/${id}/content?format=glb`} mesh={id} unit="mm" label={`Mesh ${m.name}`} marks={m.report.problems}
-                        name={m.name || m.id} downloads={['ply', 'obj', 'stl', 'vtk', 'vtp', 'gii', 'glb'].map((f) => [f, `/v1/meshes/${id}/content?format=${f}`])} />
+                        name={m.name || m.id} downloads={FORMATS.map((f) => [f, `/v1/meshes/${id}/content?format=${f}`])} />
                     <div>
                         {m.report.problems.map((p) => (
                             <div class="problem"><strong>{p.code}</strong><p>{p.detail}</p></div>
@@ -204,7 +198,10 @@ export function Volume({ id }: { id: string }) {
     };
     return (
         <Shown of={volume} page label="the segmentation">{(v) => (
-            <Page title={v.name || 'Segmentation'}>
+            <Page title={v.name || 'Segmentation'} actions={<>
+                <Rename kind="volumes" id={id} name={v.name} done={volume.reload} />
+                <Delete kind="volumes" ids={[id]} name={v.name || v.id} done={(kept) => kept.length || go('#/meshes')} />
+            </>}>
                 <p>Choose the labels that become meshes, one of each.</p>
                 {error ? <ProblemBox error={error} /> : null}
                 <fieldset><legend>Labels</legend>

@@ -4,6 +4,13 @@ import * as api from './api';
 export interface Point { positions: Float32Array; offset: number; energy: number }
 
 export const RESOLUTION = 24;
+/** Degree up to which the service computes shapes while one waits. */
+export const LIVE_MAX = 31;
+const FILE_RESOLUTION = 48;
+
+/** Where a file of that shape is had. */
+export const shapeFile = (model: string, coefficients: number[], format: string): string =>
+    `/v1/models/${model}/shape?coefficients=${coefficients.join(',') || 0}&format=${format}&resolution=${FILE_RESOLUTION}`;
 
 /** Of a model of several structures, the shape of one of them. */
 export async function shapeOf(model: string, coefficients: number[], signal?: AbortSignal, part?: string): Promise<Point> {

@@ -2,6 +2,8 @@
 import { useEffect, useMemo, useState } from 'preact/hooks';
 import type * as api from './api';
 import { normalsOf } from './geometry';
+import { MontageButton } from './montage';
+import { link } from './router';
 import { PictureButtons, View, linked, shapeAt, shapePath, surfacePath, useShape } from './shape';
 import { Camera, moved } from './stage';
 import { ProblemBox, Shown, figure, useLoad } from './ui';
@@ -20,6 +22,8 @@ export function Linked({ id, title, resolution = 24, colour }: { id: string; tit
         </figure>
     );
 }
+
+const PICTURED_MAX = 9;
 
 /** Surfaces in a row, between which the shown one is interpolated. */
 export function Path({ surfaces, texts, energies }: { surfaces: api.Surface[]; texts: string[]; energies?: (number | null)[] }) {
@@ -54,6 +58,7 @@ export function Path({ surfaces, texts, energies }: { surfaces: api.Surface[]; t
         return () => cancelAnimationFrame(frame);
     }, [playing]);
     const here = Math.round(at);
+    const inPicture = [...new Set(Array.from({ length: PICTURED_MAX }, (_, k) => Math.round((k * last) / (PICTURED_MAX - 1))))];
     return (
         <Shown of={loaded} label="shapes">{() => (
             <>
@@ -66,9 +71,10 @@ export function Path({ surfaces, texts, energies }: { surfaces: api.Surface[]; t
                 </figure>
                 <div class="row no-report">
                     <button onClick={() => setPlaying(!playing)} aria-pressed={playing}>{playing ? 'Stop' : 'Play'}</button>
+                    {loaded.value && <MontageButton title="All in one picture" name="path" camera={linked} columns={inPicture.map((i) => texts[i])} rows={async () => [{ text: '', shapes: inPicture.map((i) => ({ ...loaded.value![i] })) }]} />}
                     <input class="grow" type="range" min={0} max={last} step={0.01} value={at} aria-label="Where along the path" onInput={(e) => { setPlaying(false); setAt(+e.currentTarget.value); }} />
                 </div>
-                <div class="gallery">{surfaces.map((s, i) => <Linked id={s.id} title={texts[i]} resolution={24} />)}</div>
+                <div class="gallery">{surfaces.map((s, i) => <div key={`${s.id} ${i}`}><Linked id={s.id} title={texts[i]} resolution={24} /><a class="no-report" href={link('shapes', s.id)}>Open, download</a></div>)}</div>
             </>
         )}</Shown>
     );

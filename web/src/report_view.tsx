@@ -6,7 +6,7 @@ import { Findings } from './findings';
 import { GROUPS } from './colours';
 import { between, blend, boundsOf, copyOf, normalsOf } from './geometry';
 import type { Field, Surface3 } from './glb';
-import { ColourBar, mapOf, paintedBy } from './maps';
+import { ColourBar, mapOf, nameOfMap, paintedBy } from './maps';
 import { able, draw, onTurn, rotate, turnTo } from './report_stage';
 import { axesOf, commonOf, linesOf, middlesOf, movePart, placesOf, sizesOf, textOfPoint } from './series';
 import type { Frames, Line } from './series';
@@ -125,7 +125,8 @@ function View({ view, label }: { view: ViewOf; label: string }) {
     const moving = useMemo(() => ({ ...copyOf(all[0]), fields: [] }), [all]);
     const field = all[0].fields.find((f) => f.name === name);
     const p = all[0].fields.find((f) => f.name === 'significance') ?? all[0].fields.find(isP);
-    const map = field && { ...mapOf(field), keep: p && ((_: number, vertex: number) => p.values[vertex] <= threshold) };
+    const any = !!p && p.low <= threshold;
+    const map = field && { ...mapOf(field), ...(field === p && any ? { high: threshold || 1 } : {}), keep: p && ((_: number, vertex: number) => p.values[vertex] <= threshold) };
     const colours = useMemo(() => (map ? paintedBy(map) : all[0].colours ?? plain(all[0])), [all, name, threshold]);
     useEffect(() => {
         blend(moving, all, shares(all.length, at, view.kind));
@@ -141,14 +142,14 @@ function View({ view, label }: { view: ViewOf; label: string }) {
             {all[0].fields.length > 0 && (
                 <div class="row">
                     <label>Map <select value={name} onChange={(e) => setName(e.currentTarget.value)}>
-                        <option value="">none</option>{all[0].fields.map((f) => <option value={f.name}>{f.name}</option>)}
+                        <option value="">none</option>{all[0].fields.map((f) => <option value={f.name}>{nameOfMap(f.name)}</option>)}
                     </select></label>
                     {p && map && <label>grey where p exceeds <input type="number" min={0} max={1} step={0.01} value={threshold} onInput={(e) => setThreshold(+e.currentTarget.value)} /></label>}
                 </div>
             )}
-            {map && <ColourBar map={map} threshold={field === p ? threshold : undefined} />}
+            {map && <ColourBar map={map} threshold={field === p && !any ? threshold : undefined} />}
             {field?.meaning && <p class="quiet">{field.meaning}</p>}
-            {p && map && p.low > threshold && <p role="status">No point is significant: the least p is {figure(p.low)}.</p>}
+            {p && map && !any && <p role="status">No point is significant: the least p is {figure(p.low)}.</p>}
         </>
     );
 }
@@ -195,7 +196,7 @@ function Predictions({ view, rows }: { view: ViewOf; rows: any[] }) {
         <>
             <div class="split">{lines.map((line) => <Predicted line={line} all={all} at={at} axis={axis} map={map} />)}</div>
             <label class="row">{axis} {figure(at)} <input type="range" min={Math.min(...places)} max={Math.max(...places)} step={(Math.max(...places) - Math.min(...places)) / 200} value={at} aria-label={`${axis} of the predicted shapes`} onInput={(e) => setAt(+e.currentTarget.value)} /></label>
-            {names.length > 0 && <div class="row"><label>Map <select value={map} onChange={(e) => setMap(e.currentTarget.value)}><option value="">none</option>{names.map((n) => <option>{n}</option>)}</select></label></div>}
+            {names.length > 0 && <div class="row"><label>Map <select value={map} onChange={(e) => setMap(e.currentTarget.value)}><option value="">none</option>{names.map((n) => <option value={n}>{nameOfMap(n)}</option>)}</select></label></div>}
             <p class="quiet">{common ? `All at ${common}. ` : ''}Predicted at {[...new Set(places)].sort((a, b) => a - b).map((v) => figure(v)).join(', ')}; between them interpolated.</p>
         </>
     );

@@ -1,31 +1,29 @@
 // What analyses found, each in the form that answers its question; and the report of it.
-import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
+import { useMemo, useState } from 'preact/hooks';
 import type { ComponentChildren } from 'preact';
+import { AnyResult } from './any_result';
 import * as api from './api';
-import { Confusion, Curve, DataTable, HeatMap, Intervals, Scatter, Spread, Variance, scaling } from './charts';
+import { Confusion, Curve, DataTable, HeatMap, Intervals, Scatter, scaling } from './charts';
 import { GROUPS } from './colours';
-import { link } from './router';
-import { normalsOf } from './geometry';
+import { Components } from './components';
+import { Findings } from './findings';
 import { Groups } from './groups';
 import { Joint, JointModel } from './joint';
-import { existence, shapeOf } from './model_shape';
-import type { Point } from './model_shape';
 import { Between, Registered } from './landmarks';
 import { Regression } from './linear';
-import { Neighbours } from './neighbours';
-import { Linked, Path } from './paths';
-import { PictureButtons, Shape, View, linked, surfacePath, useShape } from './shape';
-import { moved } from './stage';
-import { AnyResult } from './any_result';
-import { Findings } from './findings';
-import { Page, ProblemBox, Shown, csv, figure, plural, save, size, useLoad } from './ui';
-import { textOfPoint } from './series';
 import { Encoded, Extracted, Inverted, Mirrored, Repaired, Sampled, Transferred, Transported } from './made';
 import { LandmarksOfGroup, Mean, idsOf } from './mean';
+import { Neighbours } from './neighbours';
+import { Linked, Path } from './paths';
+import { Delete, Rename } from './records';
+import { makeReport } from './report';
+import { go, link } from './router';
+import { textOfPoint } from './series';
+import { Shape, surfacePath } from './shape';
 import { Comparisons, Together, doubtful } from './together';
 import { Trajectories } from './trajectories';
+import { Page, ProblemBox, Shown, figure, plural, save, size, useLoad } from './ui';
 import { Within } from './within';
-import { makeReport } from './report';
 
 function Warnings({ list }: { list?: { code: string; detail: string }[] }) {
     if (!list?.length) return null;
@@ -37,210 +35,17 @@ function Warnings({ list }: { list?: { code: string; detail: string }[] }) {
     );
 }
 
-// ---- Components --------------------------------------------------------------------------------------------------------
-
-/** Positions at each keyframe, and how far off each is: the nearest shape against the point asked for. */
-interface Frames { positions: Float32Array[]; offsets: number[] }
-interface Exact extends Point { at: Record<number, number> }
-
-/** Cubic through four of the keyframes at equal distances. */
-export function weights(t: number): [number, number][] {
-    const x = Math.max(-3, Math.min(3, t)) + 3;
-    const first = Math.max(0, Math.min(3, Math.floor(x) - 1));
-    return [0, 1, 2, 3].map((k) => {
-        let w = 1;
-        for (let j = 0; j < 4; j++) if (j !== k) w *= (x - first - j) / (k - j);
-        return [first + k, w];
-    });
-}
-
-function Modes({ model }: { model: api.Model }) {
-    const mean = useShape(surfacePath(model.mean.id));
-    const frames = useRef(new Map<number, Frames>());
-    const [loading, setLoading] = useState<number | null>(null);
-    const [at, setAt] = useState<Record<number, number>>({});
-    const [shown, setShown] = useState(Math.min(3, model.components));
-    const [version, setVersion] = useState(0);
-    const [error, setError] = useState<unknown>();
-    const [playing, setPlaying] = useState(0);
-    const [exact, setExact] = useState<Exact | null>(null);
-    const asked = useRef<AbortController | null>(null);
-    const moving = useMemo(() => mean.shape && { ...mean.shape, positions: mean.shape.positions.slice(), normals: mean.shape.normals.slice(), fields: [] }, [mean.shape]);
-    const coming = useRef(new Map<number, Promise<boolean>>());
-    const load = (mode: number): Promise<boolean> => {
-        if (!coming.current.has(mode)) coming.current.set(mode, loadFrames(mode));
-        return coming.current.get(mode)!;
-    };
-    const loadFrames = async (mode: number): Promise<boolean> => {
-        setLoading(mode);
-        try {
-            const none = new Array(mode - 1).fill(0);
-            const made: Frames = { positions: [], offsets: [] };
-            // Two at a time: a browser opens six connections to a host, and others want some.
-            for (const pair of [[-3, -2], [-1, 1], [2, 3]])
-                for (const one of await Promise.all(pair.map(async (c) => ({ c, ...(await shapeOf(model.id, [...none, c])) })))) {
-                    made.positions[one.c + 3] = one.positions;
-                    made.offsets[one.c + 3] = one.offset;
-                }
-            made.positions[3] = mean.shape!.positions;
-            made.offsets[3] = 0;
-            frames.current.set(mode, made);
-            setLoading(null);
-            return true;
-        } catch (e) {
-            setError(e);
-            setLoading(null);
-            coming.current.delete(mode);
-            return false;
-        }
-    };
-    useEffect(() => {
-        if (!moving || !mean.shape) return;
-        const found = exact?.at === at ? exact : null;
-        moving.positions.set(found ? found.positions : mean.shape.positions);
-        for (const [mode, value] of found ? [] : Object.entries(at)) {
-            const given = frames.current.get(+mode);
-            if (!given || value === 0) continue;
-            const middle = given.positions[3];
-            for (const [k, w] of weights(value)) {
-                const from = given.positions[k];
-                for (let i = 0; i < middle.length; i++) moving.positions[i] += w * (from[i] - middle[i]);
-            }
-        }
-        normalsOf(moving);
-        moved(moving);
-        setVersion((v) => v + 1);
-    }, [at, moving, loading, exact]);
-    useEffect(() => {
-        if (!playing) return;
-        let frame = 0;
-        const start = performance.now();
-        const step = (now: number) => {
-            setAt((a) => ({ ...a, [playing]: 2 * Math.sin((now - start) / 900) }));
-            frame = requestAnimationFrame(step);
-        };
-        frame = requestAnimationFrame(step);
-        return () => cancelAnimationFrame(frame);
-    }, [playing]);
-    const slide = async (mode: number, value: number) => {
-        setAt((a) => ({ ...a, [mode]: value }));
-        await load(mode);
-    };
-    const active = Object.entries(at).filter(([, v]) => v !== 0);
-    /** A slider was let go: the shape of all coefficients together, without interpolation. */
-    const release = async (mode: number, value: number) => {
-        const where = { ...at, [mode]: value };
-        setAt(where);
-        asked.current?.abort();
-        const coefficients = Array.from({ length: Math.max(...Object.keys(where).map(Number)) }, (_, i) => where[i + 1] ?? 0);
-        if (coefficients.every((c) => c === 0)) return;
-        asked.current = new AbortController();
-        try {
-            setExact({ at: where, ...(await shapeOf(model.id, coefficients, asked.current.signal)) });
-        } catch (e) {
-            if ((e as Error).name !== 'AbortError') setError(e);
-        }
-    };
-    const known = exact?.at === at ? exact : null;
-    const doubt = active.map(([mode, v]) => {
-        const k = Math.round(v) || Math.sign(v);
-        const off = frames.current.get(+mode)?.offsets[k + 3];
-        return off === undefined ? null : { mode, k, off };
-    }).filter((d): d is { mode: string; k: number; off: number } => d !== null);
-    return (
-        <section aria-label="Components">
-            <h2>Mean and components</h2>
-            <div class="split">
-                <figure class="shape">
-                    {moving ? <View parts={[{ shape: moving }]} camera={linked} version={version} label={active.length ? `Shape at ${active.map(([m, v]) => `component ${m}: ${figure(v)} standard deviations`).join(', ')}` : 'Mean shape'} />
-                        : <div class="view" aria-busy="true" />}
-                    <figcaption class="row">
-                        {active.length ? active.map(([m, v]) => `component ${m}: ${v > 0 ? '+' : ''}${figure(v)} sd`).join(', ') : 'mean'}
-                        {moving && <span class="no-report"><PictureButtons parts={[{ shape: moving }]} camera={linked} name="mode" /></span>}
-                    </figcaption>
-                </figure>
-                <div class="no-report">
-                    {Array.from({ length: shown }, (_, i) => i + 1).map((mode) => (
-                        <div class="field" key={mode}>
-                            <label for={`mode-${mode}`}>Component {mode} <span class="quiet">{Math.round(100 * (model.explained[mode - 1] ?? 0))} % of the variance, now {figure(at[mode] ?? 0)} sd{loading === mode ? ', loading…' : ''}</span></label>
-                            <div class="row">
-                                <div class="grow track">
-                                    <input id={`mode-${mode}`} type="range" min={-3} max={3} step={0.05} value={at[mode] ?? 0}
-                                    onInput={(e) => { setPlaying(0); void slide(mode, +e.currentTarget.value); }} onChange={(e) => void release(mode, +e.currentTarget.value)} />
-                                    <Spread title={`Members along component ${mode}, in standard deviations`} at={at[mode] ?? 0}
-                                    values={model.scores.map((row, i) => ({ value: row[mode - 1] / (Math.sqrt(model.eigenvalues[mode - 1]) || 1), name: model.labels[i], group: model.groups?.[i] }))} />
-                                </div>
-                                <button aria-pressed={playing === mode} onClick={async () => { if (playing === mode) setPlaying(0); else if (await load(mode)) setPlaying(mode); }}>{playing === mode ? 'Stop' : 'Play'}</button>
-                            </div>
-                        </div>
-                    ))}
-                    <div class="actions">
-                        {shown < model.components && <button onClick={() => setShown(shown + 1)}>Add a component</button>}
-                        <button onClick={() => { setPlaying(0); setAt({}); }}>Back to the mean</button>
-                    </div>
-                    {known ? (
-                        <p role="status" class={known.offset > 0.5 ? 'wrong' : 'quiet'}>Computed exactly: {existence(known.offset)} (relative energy {figure(known.energy, 2)}).</p>
-                    ) : (
-                        <>
-                            {doubt.map((d) => <p class={d.off > 0.5 ? 'wrong' : 'quiet'}>Component {d.mode} at {d.k} sd: {existence(d.off)}.</p>)}
-                            {active.length > 0 && <p class="quiet">Interpolated{active.length > 1 ? ', with the displacements of several components added' : ''}: let the slider go for the exact shape.</p>}
-                        </>
-                    )}
-                    {error ? <ProblemBox error={error} /> : null}
-                </div>
-            </div>
-        </section>
-    );
-}
-
-function Components({ model }: { model: api.Model }) {
-    const [x, setX] = useState(1);
-    const [y, setY] = useState(Math.min(2, model.components));
-    const [chosen, setChosen] = useState<number | undefined>();
-    const sd = model.eigenvalues.map(Math.sqrt);
-    const of = (i: number, k: number) => model.scores[i][k - 1] / (sd[k - 1] || 1);
-    const dots = model.scores.map((_, i) => ({ x: of(i, x), y: of(i, y), name: model.labels[i], group: model.groups?.[i] }));
-    const select = (value: number, set: (n: number) => void, label: string) => (
-        <label>{label} <select value={value} onChange={(e) => set(+e.currentTarget.value)}>
-            {model.eigenvalues.map((_, i) => <option value={i + 1}>{i + 1}</option>)}
-        </select></label>
-    );
-    const surfaces = model.madeFrom.surfaces ?? []; // the members as they were given: encodings of meshes are not kept
-    return (
-        <>
-            <Modes model={model} />
-            <div class="split">
-                <div>
-                    <Scatter title="Scores" name="scores" dots={dots} labels={[`component ${x} (sd)`, `component ${y} (sd)`]} chosen={chosen} onChoose={setChosen} />
-                    <div class="row no-report">{select(x, setX, 'Across')}{select(y, setY, 'Up')}</div>
-                </div>
-                {chosen !== undefined && surfaces[chosen]
-                    ? <Linked id={surfaces[chosen]} title={`${model.labels[chosen]}${model.groups?.[chosen] ? ` (${model.groups[chosen]})` : ''}${model.madeFrom?.mirrored?.[chosen] ? ', analysed as its mirror image' : ''}`} />
-                    : <p class="quiet no-report">Choose a mark to see its shape beside the mean.</p>}
-            </div>
-            <div class="split">
-                <Variance explained={model.explained} cumulative={model.cumulative} />
-                <div class="no-report">
-                    <h3>Take away</h3>
-                    <div class="actions">
-                        <button onClick={() => save('scores.csv', csv([['name', 'group', ...model.eigenvalues.map((_, i) => `component ${i + 1}`)], ...model.scores.map((s, i) => [model.labels[i], model.groups?.[i] ?? '', ...s])]), 'text/csv;charset=utf-8')}>Scores as CSV</button>
-                        <button onClick={async () => save('model.zip', await (await api.request(`/v1/models/${model.id}/export`)).blob())}>Model as zip</button>
-                        <a class="button" href={link('shapes', model.mean.id)}>The mean</a>
-                        <a class="button" href={`${link('analyses', 'evaluate-model')}?model=${model.id}`}>Its quality</a>
-                        <a class="button" href={`${link('analyses', 'project')}?model=${model.id}`}>A new subject</a>
-                        <a class="button" href={`${link('analyses', 'sample')}?model=${model.id}`}>Random shapes</a>
-                    </div>
-                </div>
-            </div>
-        </>
-    );
-}
+// ---- Models -----------------------------------------------------------------------------------------------------------
 
 export function ModelPage({ id }: { id: string }) {
     const model = useLoad((signal) => api.get('/v1/models/{id}', { id }, signal), [id]);
     return (
         <Shown of={model} page label="the model">{(m) => (
-            <Page title={m.name || m.madeFrom?.cohort || 'Model'} actions={<ReportButton title={m.name || 'Model'} id={m.madeFrom?.job} />}>
+            <Page title={m.name || m.madeFrom?.cohort || 'Model'} actions={<>
+                <ReportButton title={m.name || 'Model'} id={m.madeFrom?.job} />
+                <Rename kind="models" id={id} name={m.name ?? ''} done={model.reload} />
+                <Delete kind="models" ids={[id]} name={m.name || m.madeFrom?.cohort || m.id} done={(kept) => kept.length || go('#/analyses')} />
+            </>}>
                 <p class="quiet">{m.kind === 'parts' ? `${plural(m.subjects, 'subject')}, ${plural(m.parts!.length, 'structure')} of each` : plural(m.subjects, 'shape')}, {plural(m.components, 'component')}, degree {m.lmax}</p>
                 <div class="results">{m.kind === 'parts' ? <JointModel model={m} /> : m.kind === 'classifier' ? <AnyResult result={m} /> : <Components model={m} />}</div>
             </Page>
@@ -264,8 +69,12 @@ function Classification({ result, job }: { result: api.Outputs<'classify'>; job:
         const i = subjects.findIndex((s, k) => s === subject && (!cohort.labels || cohort.labels[k] === label));
         return cohort.surfaces?.[i];
     };
+    const percent = (v: number) => `${figure(100 * v)} %`;
     return (
         <>
+            <p class="big">{m.correct} of {m.perSubject.length} right <span class="quiet">{method}: {percent(m.accuracy)} (95 %: {m.confidenceInterval.map((v: number) => figure(100 * v)).join(' to ')} %){typeof m.pValue === 'number' ? `, ${m.pValueIsFloor ? 'p ≤ ' : 'p = '}${figure(m.pValue)} by ${result.exact ? 'all relabellings' : `${(result.permutations ?? 0).toLocaleString('en')} permutations`}` : ''}</span></p>
+            <p class="quiet">Always the most frequent label: {percent(result.majorityRate)}. {result.features?.length ? `Beside shape count: ${result.features.join(', ')}.` : 'Nothing counts but the shapes.'}
+                {typeof m.pValue === 'number' ? '' : ' No p was asked for: run it again with permutations to have one.'}</p>
             <div class="split">
                 <Intervals chance={Math.max(result.chance, result.majorityRate)} rows={names.map((name) => {
                     const r = result.methods[name];
@@ -314,7 +123,7 @@ function WholeDistances({ result, matrix, job }: { result: api.Outputs<'distance
             {chosen !== undefined && (
                 <div class="split">
                     {ids[chosen] && <Linked id={ids[chosen]} title={result.labels[chosen]} />}
-                    <div><h3>Nearest to {result.labels[chosen]}</h3>
+                    <div><h2>Nearest to {result.labels[chosen]}</h2>
                         <ol>{near.map((e) => <li><button class="plain-button" onClick={() => setChosen(e.i)}>{result.labels[e.i]}</button> {figure(e.d)}</li>)}</ol></div>
                 </div>
             )}
@@ -330,6 +139,7 @@ function Trained({ result }: { result: api.Outputs<'train'> | api.Outputs<'train
     return (
         <>
             <p class="big">{result.validation.correct} of {plural(result.validation.members, parts ? 'subject' : 'member')} right, each without its subject.</p>
+            <p class="quiet">{result.features?.length ? `Beside shape count: ${result.features.join(', ')}.` : 'Nothing counts but the shapes.'}</p>
             {parts && <p class="quiet">By {plural(parts.length, 'structure')} together: {parts.map((part) => `${part.name} (weight ${figure(part.weight)})`).join(', ')}.</p>}
             <Findings result={result} />
             <h2>Missed: {missed.length}</h2>

@@ -9,7 +9,7 @@ import type { Surface3 } from './glb';
 import { ColourBar, colourOf, isFlipped, mapOf, nameOfMap, paintedBy, titleOf, unitOf } from './maps';
 import type { Map3 } from './maps';
 import { link } from './router';
-import { Camera, draw, forget, pick } from './stage';
+import { Camera, draw, forget, pick, shrink } from './stage';
 import type { Look, Part } from './stage';
 import { ProblemBox, csv, figure, save } from './ui';
 
@@ -162,6 +162,7 @@ export async function picture(parts: Part[], camera: Camera, look: Partial<Look>
     const canvas = document.createElement('canvas');
     canvas.width = canvas.height = side;
     draw(canvas, parts, camera, { ...boundsOf(parts.map((p) => p.shape)), ...look, background });
+    shrink();
     if (map) putBar(canvas, map);
     return new Promise((yes) => canvas.toBlob((blob) => yes(blob!), 'image/png'));
 }
@@ -182,8 +183,25 @@ export function PictureButtons({ parts, camera, look = {}, name, map }: { parts:
     );
 }
 
-async function fetchFile(path: string, name: string): Promise<void> {
-    save(name, await (await api.request(path)).blob());
+/** A menu of files that are fetched when they are asked for. */
+export function Downloads({ files, name }: { files: [format: string, path: string][]; name: string }) {
+    const [failed, setFailed] = useState<unknown>();
+    const take = async (format: string, path: string) => {
+        setFailed(undefined);
+        try {
+            save(`${name}.${format}`, await (await api.request(path)).blob());
+        } catch (error) {
+            setFailed(error);
+        }
+    };
+    return (
+        <>
+            <details class="menu"><summary>Download</summary><div class="card">
+                {files.map(([format, path]) => <button onClick={() => void take(format, path)}>{format.toUpperCase()}</button>)}
+            </div></details>
+            {failed ? <ProblemBox error={failed} /> : null}
+        </>
+    );
 }
 
 // ---- One shape with all there is to set ------------------------------------------------------------------------------
@@ -218,7 +236,6 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
     const camera = useMemo(() => new Camera(), []);
     const [field, setField] = useState(shownFirst);
     const [cut, setCut] = useState<number | null>(null);
-    const [failed, setFailed] = useState<unknown>();
     const [here, setHere] = useState<number | undefined>();
     const [placing, setPlacing] = useState(false);
     const [landmarks, setLandmarks] = useState<Landmark[]>([]);
@@ -261,11 +278,7 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
                     <option value="">View…</option>{VIEWS.map(([n, text]) => <option value={n}>{`${text} (key ${n})`}</option>)}
                 </select></label>
                 <PictureButtons parts={parts} camera={camera} look={look} name={name} map={map} />
-                {downloads && (
-                    <details class="menu"><summary>Download</summary><div class="card">
-                        {downloads.map(([format, path]) => <button onClick={() => fetchFile(path, `${name}.${format}`).catch(setFailed)}>{format.toUpperCase()}</button>)}
-                    </div></details>
-                )}
+                {downloads && <Downloads files={downloads} name={name} />}
             </figcaption>
             {map && <ColourBar map={map} threshold={numberOf(range.least)} />}
             {map && (
@@ -299,7 +312,6 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
             )}
             {map?.field.meaning && <p class="quiet">{map.field.meaning}</p>}
             {mark && <p class="quiet">The dot marks the first place of the problem.</p>}
-            {failed ? <ProblemBox error={failed} /> : null}
         </figure>
     );
 }

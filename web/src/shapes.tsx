@@ -1,8 +1,10 @@
 // Surfaces: what encodings and analyses made.
 import { useEffect, useState } from 'preact/hooks';
 import * as api from './api';
-import { link } from './router';
-import { LongTable, Page, ProblemBox, Shown, figure, useLoad, when } from './ui';
+import { Delete, Rename } from './records';
+import { go, link } from './router';
+import { mayChange } from './state';
+import { FORMATS, LongTable, Page, ProblemBox, Shown, figure, useLoad, when } from './ui';
 import { Shape, surfacePath } from './shape';
 
 export function Surfaces() {
@@ -10,21 +12,28 @@ export function Surfaces() {
     const [loaded, setLoaded] = useState(false);
     const [error, setError] = useState<unknown>();
     const [find, setFind] = useState('');
+    const [chosen, setChosen] = useState<Set<string>>(new Set());
+    const [round, setRound] = useState(0);
     useEffect(() => {
         let gone = false;
         api.listAll('surfaces', setItems, () => gone).then(() => setLoaded(true), setError);
         return () => { gone = true; };
-    }, []);
+    }, [round]);
+    const toggle = (id: string) => {
+        const next = new Set(chosen);
+        if (!next.delete(id)) next.add(id);
+        setChosen(next);
+    };
     const shown = items.filter((s) => `${s.name} ${s.id} ${s.source?.process ?? ''}`.toLowerCase().includes(find.toLowerCase()));
     return (
-        <Page title="Shapes">
+        <Page title="Shapes" actions={chosen.size > 0 && <Delete kind="surfaces" ids={[...chosen]} done={(kept) => { setChosen(new Set(kept)); setRound(round + 1); }} />}>
             {error ? <ProblemBox error={error} /> : null}
             <div class="row tools"><label>Search <input type="search" value={find} onInput={(e) => setFind(e.currentTarget.value)} /></label></div>
             {shown.length === 0 ? <p class="quiet">{loaded ? 'No surface. Analyses make them: encodings of meshes, means, modes, paths.' : 'Loading…'}</p> : (
                 <LongTable label="Surfaces" items={shown} keyOf={(s) => s.id}
-                    columns={[{ title: 'Name', by: (s) => s.name || s.id }, { title: 'Made by', width: '11rem', by: (s) => s.source?.process }, { title: 'Degree', width: '6rem', by: (s) => s.lmax },
+                    columns={[...(mayChange() ? [{ title: 'Chosen', hidden: true, width: '2.2rem' }] : []), { title: 'Name', by: (s) => s.name || s.id }, { title: 'Made by', width: '11rem', by: (s) => s.source?.process }, { title: 'Degree', width: '6rem', by: (s) => s.lmax },
                         { title: 'Route', width: '6rem', by: (s) => s.route }, { title: 'Made', width: '14rem', by: (s) => s.created }]}
-                    row={(s) => [<a href={link('shapes', s.id)}>{s.name || s.id}</a>, s.source?.process ?? '–', s.lmax, s.route ?? '–', when(s.created)]} />
+                    row={(s) => [...(mayChange() ? [<input type="checkbox" checked={chosen.has(s.id)} onChange={() => toggle(s.id)} aria-label={`Choose ${s.name || s.id}`} />] : []), <a href={link('shapes', s.id)}>{s.name || s.id}</a>, s.source?.process ?? '–', s.lmax, s.route ?? '–', when(s.created)]} />
             )}
         </Page>
     );
@@ -36,10 +45,13 @@ export function SurfacePage({ id }: { id: string }) {
     const surface = useLoad((signal) => api.get('/v1/surfaces/{id}', { id }, signal), [id]);
     return (
         <Shown of={surface} page label="the surface">{(s) => (
-            <Page title={s.name || s.id}>
+            <Page title={s.name || s.id} actions={<>
+                <Rename kind="surfaces" id={id} name={s.name} done={surface.reload} />
+                <Delete kind="surfaces" ids={[id]} name={s.name || s.id} done={(kept) => kept.length || go('#/shapes')} />
+            </>}>
                 <div class="split">
                     <Shape src={`${surfacePath(id, 32)}${over ? '' : '&space=original'}`} unit={over || !s.scale ? undefined : 'mm'} label={`Surface ${s.name}`} name={s.name || s.id} over={over ? surfacePath(over, 32) : undefined}
-                        downloads={['ply', 'obj', 'stl', 'vtk', 'vtp', 'gii', 'glb'].map((f) => [f, `/v1/surfaces/${id}/mesh?format=${f}&resolution=48`])} />
+                        downloads={FORMATS.map((f) => [f, `/v1/surfaces/${id}/mesh?format=${f}&resolution=48`])} />
                     <dl class="pairs">
                         <dt><label for="over">With</label></dt>
                         <dd><select id="over" value={over} onChange={(e) => setOver(e.currentTarget.value)}>

@@ -75,6 +75,11 @@ function context(width: number, height: number): Three.WebGLRenderer | undefined
     return renderer;
 }
 
+/** After a large picture: what follows is small again. */
+export function shrink(): void {
+    renderer?.setSize(1, 1, false);
+}
+
 /** Geometries of shapes that are shown; gone with them. */
 const geometries = new WeakMap<Surface3, Three.BufferGeometry>();
 function geometryOf(shape: Surface3): Three.BufferGeometry {

@@ -8,13 +8,17 @@ function cells(text: string, separator: string): string[][] {
     let row: string[] = [];
     let cell = '';
     let quoted = false;
+    let opened = 0; // where the last quote began
     for (let i = 0; i < text.length; i++) {
         const c = text[i];
         if (quoted) {
             if (c !== '"') cell += c;
             else if (text[i + 1] === '"') cell += text[++i];
             else quoted = false;
-        } else if (c === '"' && cell === '') quoted = true;
+        } else if (c === '"' && cell === '') {
+            quoted = true;
+            opened = i;
+        }
         else if (c === separator || c === '\n') {
             row.push(cell.trim());
             cell = '';
@@ -24,11 +28,12 @@ function cells(text: string, separator: string): string[][] {
             }
         } else cell += c;
     }
+    if (quoted) throw new Error(`The quote that begins in line ${text.slice(0, opened).split('\n').length} is not closed.`);
     if (cell || row.length) rows.push([...row, cell.trim()]);
     return rows.filter((r) => r.some((c) => c !== ''));
 }
 
-/** Between semicolons and tabs a comma is that of a number, as spreadsheets of some countries write it. */
+/** Fails with a sentence where a quote is not closed. Between semicolons and tabs a comma is that of a number, as spreadsheets of some countries write it. */
 export function parseTable(text: string): Table {
     const clean = text.replace(/^\uFEFF/, '').replace(/\r\n?/g, '\n');
     const head = clean.slice(0, clean.indexOf('\n') < 0 ? undefined : clean.indexOf('\n'));

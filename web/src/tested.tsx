@@ -15,7 +15,7 @@ export interface Test {
 export function Headline({ test, against }: { test: Test; against: string }) {
     const [low, high] = test.pValueInterval ?? [];
     return (
-        <p class="big">{test.pValueIsFloor ? 'p ≤ ' : 'p = '}{figure(test.pValue)}{typeof low === 'number' && low !== high ? ` (${figure(low)} to ${figure(high)})` : ''}
+        <p class="big">{test.pValueIsFloor ? 'p ≤ ' : 'p = '}{figure(test.pValue)}{typeof low === 'number' && low !== high ? ` (all permutations would give ${figure(low)} to ${figure(high)}, at 95 %)` : ''}
             {' '}<span class="quiet">{against}</span></p>
     );
 }
@@ -58,12 +58,12 @@ export function TestedMaps({ surface, test, beside }: { surface: string; test: T
             <p class={any ? '' : 'big'} role="status">{p ? (any ? `Points with p of at most ${figure(threshold)} are in colour.` : `No point is significant: the least p is ${figure(least ?? p.low)}.`) : ''}</p>
             <div class="split">
                 {shape && p && [p, other].map((field) => field && (() => {
-                    const map = { ...mapOf(field), keep, ...(field === p ? { title: corrected === 'fdr' ? 'false discovery rate' : 'p, corrected for all points' } : { title: `${about.text}${about.unit ? ` (${about.unit})` : ''}` }) };
+                    const map = { ...mapOf(field), keep, ...(field === p ? { high: any ? threshold || 1 : 1, title: corrected === 'fdr' ? 'false discovery rate' : 'p, corrected for all points' } : { title: `${about.text}${about.unit ? ` (${about.unit})` : ''}` }) };
                     const parts = [{ shape, colours: paintedBy(map) }];
                     return (
                         <figure class="shape">
                             <View parts={parts} camera={linked} onHover={setHere} label={`Map of ${field.name}; ${any ? 'points that are significant are in colour' : 'no point is significant, all is grey'}`} />
-                            <ColourBar map={map} threshold={field === p ? threshold : undefined} />
+                            <ColourBar map={map} threshold={field === p && !any ? threshold : undefined} />
                             <figcaption class="row">{field === p ? 'p at each point' : about.text}{field.meaning ? <span class="quiet">{field.meaning}</span> : null}
                                 <span class="no-report"><PictureButtons parts={parts} camera={linked} name={`map-${field.name}`} map={map} /></span>
                                 {field === p && <button class="no-report" onClick={() => readLeast(p)}>Read the least</button>}

@@ -18,6 +18,9 @@ export function span(seconds: number): string {
 
 export const when = (text?: string): string => (text ? new Date(text).toLocaleString(undefined, { dateStyle: 'medium', timeStyle: 'short' }) : '–');
 
+/** Files of shapes that the service writes. */
+export const FORMATS = ['ply', 'obj', 'stl', 'vtk', 'vtp', 'gii', 'glb'];
+
 // ---- Files out -------------------------------------------------------------------------------------------------------
 
 export function save(name: string, body: Blob | string, type = 'text/plain;charset=utf-8'): void {

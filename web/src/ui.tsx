@@ -5,7 +5,7 @@ import { useCallback, useEffect, useMemo, useRef, useState } from 'preact/hooks'
 import { Failure, offline } from './api';
 import type { Problem } from './api';
 
-export { csv, figure, plural, save, size, span, when } from './text';
+export { FORMATS, csv, figure, plural, save, size, span, when } from './text';
 
 export function problemOf(error: unknown): Problem {
     if (error instanceof Failure) return error.problem;
@@ -16,6 +16,7 @@ const WAYS: Record<string, string> = {
     'token-required': 'Enter a token under Settings.',
     'token-invalid': 'Enter another token under Settings.',
     'no-answer': 'The page goes on by itself when it answers again.',
+    table: 'A table has a column file with the names of the meshes, which were sent before it or with it. A spreadsheet saves one as CSV.',
     'in-use': 'Delete what needs it first, or delete it together with that.',
 };
 
@@ -128,7 +129,8 @@ function sorted<T>(items: T[], column: Column<T> | undefined, down: boolean): T[
 /** Only the rows in sight are in the page, so ten thousand scroll as ten do. */
 export function LongTable<T>({ items: given, columns, label, row, keyOf }: {
     items: T[]; columns: Column<T>[]; label: string;
-    row: (item: T, index: number) => ComponentChildren[]; keyOf: (item: T) => string;
+    /** Of an item, its place among those that are shown, and these in their order. */
+    row: (item: T, index: number, all: T[]) => ComponentChildren[]; keyOf: (item: T) => string;
 }) {
     const box = useRef<HTMLDivElement>(null);
     const [top, setTop] = useState(0);
@@ -163,7 +165,7 @@ export function LongTable<T>({ items: given, columns, label, row, keyOf }: {
                     {first > 0 && <tr aria-hidden="true"><td class="gap" colSpan={columns.length} style={{ height: `${first * ROW}px` }} /></tr>}
                     {items.slice(first, last).map((item, i) => (
                         <tr key={keyOf(item)} aria-rowindex={first + i + 2}>
-                            {row(item, first + i).map((cell) => <td>{cell}</td>)}
+                            {row(item, first + i, items).map((cell) => <td>{cell}</td>)}
                         </tr>
                     ))}
                     {last < items.length && (

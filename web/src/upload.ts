@@ -19,6 +19,12 @@ export const batch = new Value<Batch | null>(null);
 const TABLE = /\.(csv|tsv|txt)$/i;
 const ARCHIVE = /\.(zip|tar|tgz|tar\.gz)$/i;
 const VOLUME = /\.(nii|nii\.gz|nrrd)$/i;
+/** What people have beside meshes, and what is to be done with it. */
+const OTHERS: [RegExp, string][] = [
+    [/\.(xlsx?|ods|numbers)$/i, 'a spreadsheet: save its table as CSV, and drop that'],
+    [/\.(dcm|ima)$/i, 'an image in DICOM: segment it, and drop the segmentation as NIfTI or NRRD'],
+    [/\.(pdf|docx?|html?)$/i, 'a document, not a mesh'],
+];
 const AT_ONCE = 4;
 
 /** Files of what was dropped, with those in folders. */
@@ -56,6 +62,9 @@ function studyName(table: File): string {
 
 const stem = (name: string): string => name.replace(/^.*[/\\]/, '').replace(/\.gz$/i, '').replace(/\.[^.]*$/, '').toLowerCase();
 
+/** The column that names meshes: the first, where none is called so. */
+const keyOf = (table: Table): number => Math.max(0, table.columns.findIndex((c) => /^(file|filename|name|mesh|id)$/i.test(c)));
+
 /** Members of a cohort from a table, with what of either side has no partner. */
 export function match(table: Table, meshes: { name: string; id: string }[]): {
     members: api.Member[]; rows: string[]; files: string[];
@@ -65,8 +74,7 @@ export function match(table: Table, meshes: { name: string; id: string }[]): {
         byName.set(mesh.name.toLowerCase(), mesh.id);
         byName.set(stem(mesh.name), mesh.id);
     }
-    const column = table.columns.findIndex((c) => /^(file|filename|name|mesh|id)$/i.test(c));
-    const key = column < 0 ? 0 : column;
+    const key = keyOf(table);
     const used = new Set<string>();
     const members: api.Member[] = [];
     const rows: string[] = [];
@@ -89,11 +97,12 @@ export const sideOf = (text: string): 'left' | 'right' | null => SIDES[text.trim
 
 function memberOf(columns: string[], row: string[], key: number, id: string): api.Member {
     const member: api.Member = { id, covariates: {} };
+    const labelled = columns.some((c) => /^label$/i.test(c)); // "group" is one more covariate then
     columns.forEach((column, i) => {
         const text = row[i] ?? '';
         if (i === key || text === '' || /^(na|n\/a|nan)$/i.test(text)) return;
         const name = column.toLowerCase();
-        if (name === 'label' || name === 'group') member.label = text;
+        if (name === 'label' || (name === 'group' && !labelled)) member.label = text;
         else if (name === 'subject' || name === 'participant_id') member.subject = text;
         else if (name === 'side' && sideOf(text)) member.side = sideOf(text);
         else if (name === 'time') member.time = Number(text);
@@ -129,7 +138,8 @@ export async function sendFiles(files: File[]): Promise<void> {
                 await sendOne(file, told, stop.signal, meshes, (part) => change(part), (note, id) => mark(i, { note, id }), state);
                 mark(i, { state: 'done', part: 1 });
             } catch (error) {
-                mark(i, { state: 'refused', note: (error as Error).message });
+                // What callers of the API can do about it is nothing that can be done here.
+                mark(i, { state: 'refused', note: (error as Error).message.replace(/; name the format by \?format= .*$/, '.') });
             }
         }
     };
@@ -148,6 +158,8 @@ export async function sendFiles(files: File[]): Promise<void> {
 async function sendOne(file: File, told: (part: number) => void, signal: AbortSignal,
     meshes: { name: string; id: string }[], change: (part: Partial<Batch>) => void,
     mark: (note: string, id?: string) => void, state: Batch): Promise<void> {
+    const other = OTHERS.find(([name]) => name.test(file.name));
+    if (other) throw new Error(other[1]);
     if (ARCHIVE.test(file.name)) {
         const answer = await api.upload<api.Imported>(`/v1/imports?partial=true&cohort=${encodeURIComponent(cohortName(file.name))}`,
             file, 'application/octet-stream', told, signal);
@@ -168,16 +180,39 @@ async function sendOne(file: File, told: (part: number) => void, signal: AbortSi
     mark(mesh.report.analysable ? '' : `cannot be analysed: ${mesh.report.problems[0]?.detail ?? ''}`, mesh.id);
 }
 
+/** What is wrong with a table, for people. */
+const wrongTable = (detail: string): api.Failure => new api.Failure({ status: 0, code: 'table', title: 'The table does not fit', detail });
+
+/** The table of a text; fails with what is wrong with it. */
+export function tableOf(text: string): Table {
+    try {
+        const table = parseTable(text);
+        if (table.rows.length) return table;
+    } catch (error) {
+        throw wrongTable((error as Error).message);
+    }
+    throw wrongTable(text.trim() ? 'It has one line only: the first names the columns, and each after it is a member.' : 'It is empty.');
+}
+
+const some = (names: string[]): string => names.slice(0, 3).join(', ') + (names.length > 3 ? ', …' : '');
+
+/** Why no row of a table has a mesh. */
+function lacking(name: string, table: Table, meshes: string[]): string {
+    const key = keyOf(table);
+    return `No row of ${name} names a mesh that is here. Names were read from its column ${table.columns[key]}: ${some(table.rows.map((r) => r[key]))}. `
+        + (meshes.length ? `Meshes are called ${some(meshes)}.` : 'There are no meshes yet: send them with the table, or before.');
+}
+
 async function useTable(file: File, meshes: { name: string; id: string }[],
     change: (part: Partial<Batch>) => void): Promise<void> {
-    const table = parseTable(await file.text());
+    const table = tableOf(await file.text());
     let known = meshes;
     if (!known.length) {
         await api.listAll('meshes', (items) => { known = items; }, () => false);
     }
     const { members, rows, files } = match(table, known);
     change({ unmatched: { rows, files: meshes.length ? files : [] } });
-    if (!members.length) throw new Error(`No row of ${file.name} has the name of a mesh that is here.`);
+    if (!members.length) throw wrongTable(lacking(file.name, table, known.map((m) => m.name)));
     const name = await freeName(studyName(file));
     await api.send('post', '/v1/cohorts', {}, { name, members });
     change({ cohort: name });

@@ -1,1 +1,0 @@
-import{o as a,p as b,q as c,r as d,s as e,t as f,u as g,v as h,w as i,x as j,y as k}from"./chunk-F6MUF4VE.js";import"./chunk-R3KDB4OY.js";export{k as Gallery,i as PictureButtons,j as Shape,g as View,a as linked,h as picture,b as shapeAt,d as shapePath,f as shown,c as surfacePath,e as useShape};
