@@ -359,6 +359,26 @@ class Labels(unittest.TestCase):
             read_members(self.folder / "x", None)
 
 
+class Asked(unittest.TestCase):
+    def test_predict(self):
+        """predict tells meshes and cohorts, which are mappings too, from subjects of several structures"""
+        mesh, other = (CLIENT.upload(NUCLEI / f"L_{name}.ply") for name in ("thalamus", "putamen"))
+        cohort = CLIENT.cohort("asked", [{"id": mesh}])
+        client = srnf.Client(DAEMON.url, progress=False)
+        client.run = lambda process, inputs, **options: inputs
+        subject = {"thalamus": mesh, "putamen": other}
+        for group, told in (
+            ([mesh, other], {"surfaces": [mesh, other]}),
+            (mesh, {"surfaces": [mesh]}),
+            ([mesh.id], {"surfaces": [mesh.id]}),
+            ("nuclei", {"cohort": "nuclei"}),
+            (cohort, {"cohort": cohort}),
+            (subject, {"parts": subject}),
+            ([subject], {"parts": [subject]}),
+        ):
+            self.assertEqual(client.predict("model-x", group), {"model": "model-x", **told})
+
+
 class Terminal(io.StringIO):
     def isatty(self):
         return True

@@ -14,7 +14,7 @@ from .records import Cohort, Mesh, Model, Surface, Volume
 Shape = Union[Surface, Mesh, str]
 Group = Union[Cohort, str, Sequence[Shape]]
 Subject = Union[Shape, Mapping[str, Shape]]
-Subjects = Union[Group, Mapping[str, Shape], Sequence[Mapping[str, Shape]]]
+Subjects = Union[Group, Shape, Mapping[str, Shape], Sequence[Mapping[str, Shape]]]
 
 
 def _group(group: Group) -> dict[str, Any]:
@@ -30,12 +30,14 @@ def _subject(subject: Subject) -> dict[str, Any]:
 
 
 def _subjects(group: Subjects) -> dict[str, Any]:
-    if isinstance(group, Mapping):
-        return {"parts": dict(group)}
     if isinstance(group, (Cohort, str)):
         return {"cohort": group}
+    if isinstance(group, (Surface, Mesh)):  # records are mappings too
+        return {"surfaces": [group]}
+    if isinstance(group, Mapping):
+        return {"parts": dict(group)}
     listed = list(group)
-    if listed and isinstance(listed[0], Mapping):
+    if listed and isinstance(listed[0], Mapping) and not isinstance(listed[0], (Surface, Mesh)):
         return {"parts": listed}
     return {"surfaces": listed}
 
@@ -179,7 +181,7 @@ class Processes:
         return self.run("train-parts", cohort=cohort, **options)
 
     def predict(self, model: Union[Model, str], group: Subjects, **options: Any) -> Result:
-        """Labels of surfaces or a cohort by a classifier: ``predictions`` with ``probabilities`` and ``typicality``.
+        """Labels of a surface, a list of them or a cohort by a classifier: ``predictions`` with ``probabilities`` and ``typicality``.
 
         ``covariates=[{"age": 63}, ..]``, one for each surface, where the classifier takes some; a cohort has its own.
         A classifier of several structures takes a surface for each by its name, a list of such subjects, or a cohort.
