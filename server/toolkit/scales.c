@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "api/json_memory.h"
+#include "api/models.h"
 #include "api/warnings.h"
 #include "store/mesh.h"
 #include "store/model.h"
@@ -59,6 +60,7 @@ void inputs_each(const json_t *inputs, bool with_transfer,
 
 struct traits {
     bool known, encoded, measured;
+    bool unscaled; /* a classifier, which brings all it is asked about to unit area by itself */
     double area, volume;
     int64_t degree;
 };
@@ -101,6 +103,7 @@ static struct traits find_traits(struct store *store, const char *id)
         read_surface(store, id, &traits);
     } else if (process_read(store_model_get(store, id, 0, &model))) {
         read_surface(store, model.mean, &traits);
+        traits.unscaled = strcmp(model_kind(&model), "classifier") == 0;
         store_model_clear(&model);
     }
     return traits;
@@ -128,7 +131,7 @@ static enum scale_kind kind_of(const struct traits *traits)
 {
     double factor = fmax(traits->area, 1.0 / traits->area);
 
-    if (!traits->known || !(traits->area > 0.0)) {
+    if (!traits->known || traits->unscaled || !(traits->area > 0.0)) {
         return SCALE_UNKNOWN;
     }
     if (traits->encoded) {

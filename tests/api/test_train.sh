@@ -89,6 +89,12 @@ cp "$BODY" "$SCRATCH/other.json"
 execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"${SURFACES[15]}\"]}" -H "$WAIT"
 is "$STATUS $(json '.predictions[0].probabilities.flat') $(json .assessment)" \
     "200 $(jq '.predictions[3].probabilities.flat' "$SCRATCH/other.json") null" 'one surface gets what it got among others'
+post_json /v1/surfaces "$(shape 15 flat | jq -c '.coefficients |= map_values(if type == "array" then map(. * 30) else . end)')"
+execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$(json .id)\"]}" -H "$WAIT"
+is "$STATUS $(json '.predictions[0].label')" "200 $(jq -r '.predictions[3].label' "$SCRATCH/other.json")" \
+    'in its own units it is taken as well'
+compare "$(json ".predictions[0].probabilities.flat - $(jq '.predictions[3].probabilities.flat' "$SCRATCH/other.json") | fabs")" '<' 1e-6 \
+    'and gets the same'
 execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"${SURFACES[15]}\",\"${SURFACES[0]}\",\"$STRANGE\"],\"priors\":{\"round\":0.9,\"flat\":0.1}}" -H "$WAIT"
 compare "$(json '.predictions[0].probabilities.flat | real')" '<' "$(jq '.predictions[3].probabilities.flat' "$SCRATCH/other.json")" \
     'a class that is rare is less likely'
