@@ -133,7 +133,7 @@ SRNF_CHECKED int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric
 
 /*
  * Several structures of each subject as one: the comparison of the vectors (sqrt(w_1) q_1, ..,
- * sqrt(w_P) q_P, sqrt(w) x) of members, x the positions of the parts, from that of each part. Each part was registered in folds of its own;
+ * sqrt(w_P) q_P, sqrt(w) x) of members, x the positions of the parts. Each part has its own folds;
  * the fold of a subject has the mean and the components of the joint vectors of the others, from
  * the sum of w_p times the inner products of the parts as they lie in that subject's fold of each.
  * Nothing of the subject left out enters (core/stats/folds_join.c). One part of weight 1 is the
