@@ -4,7 +4,6 @@
  */
 #include "processes/compare_groups.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -12,6 +11,8 @@
 
 /* The constant, the group, and what a covariance of displacements in space needs. */
 #define SUBJECTS_MIN(covariates) ((covariates) + 5)
+/* Inflation of the variance from which on srnf_compare_groups refuses: 1e-8 of the length is left. */
+#define DETERMINED 1e16
 
 #define WHY_NOT_COMPARED                                                                          \
     "compare-groups compares groups of different subjects: members of one subject are averaged, " \
@@ -207,7 +208,7 @@ static void check_groups_left(struct process_inputs *given, const json_t *cohort
             json_memory_fail();
         }
     }
-    if (isinf(inflation)) {
+    if (!(inflation < DETERMINED)) {
         (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", closest);
         problem_add(given->list, pointer,
                     "\"%.60s\" %s the label: no difference of the groups can be told apart from "
