@@ -92,7 +92,9 @@ struct report_methods {
     FILE *words, *details;
     char *texts[2]; /* of these, in their order */
     size_t sizes[2];
-    char build[512]; /* of the last row */
+    char build[512];        /* of the last row */
+    char cohort[NAME_SIZE]; /* of the last paragraph, and how many shapes it had */
+    size_t shapes;
 };
 
 /* False without memory; to be closed in any case. */

@@ -72,9 +72,11 @@ static void put_labels(FILE *out, const json_t *labels)
     json_decref(counts);
 }
 
-/* How many shapes there were, of which labels and of how many subjects. */
-static void put_group(FILE *out, const json_t *given)
+/* How many shapes there were, of which labels and of how many subjects: once, where jobs of one
+   cohort follow each other. */
+static void put_group(struct report_methods *methods, const json_t *given)
 {
+    FILE *out = methods->words;
     const json_t *cohort = json_object_get(given, "cohort");
     const json_t *own = json_object_get(cohort, "surfaces");
     const json_t *surfaces = own ? own : json_object_get(given, "surfaces");
@@ -82,7 +84,7 @@ static void put_group(FILE *out, const json_t *given)
     json_t *subjects = counts_of(json_object_get(cohort, "subjects"));
     size_t n = json_array_size(surfaces), people = json_object_size(subjects);
 
-    if (n > 1) {
+    if (n > 1 && !(name && methods->shapes == n && strcmp(methods->cohort, name) == 0)) {
         (void)fprintf(out, " There were %zu shapes", n);
         put_labels(out, json_object_get(cohort, "labels"));
         if (people > 0 && people != n) {
@@ -92,6 +94,8 @@ static void put_group(FILE *out, const json_t *given)
         report_text(out, name ? name : "");
         (void)fputs(".", out);
     }
+    methods->shapes = n;
+    (void)snprintf(methods->cohort, sizeof methods->cohort, "%s", name ? name : "");
     json_decref(subjects);
 }
 
@@ -198,7 +202,7 @@ void report_methods_add(struct report_methods *methods, const struct store_job *
     } else {
         report_text(out, process ? process->description : job->process);
     }
-    put_group(out, given);
+    put_group(methods, given);
     put_told(out, given);
     (void)fputs("</p>", out);
     put_row(methods, job, results);
