@@ -30,8 +30,8 @@ async function main() {
     await session.send('Browser.setDownloadBehavior', { behavior: 'allow', downloadPath: scratch });
 
     await step('the first paint comes within half a second', async () => {
-        const times = [];
-        for (let i = 0; i < 3; i++) {
+        const times = []; // of which the least is the page's own: other work on the machine adds to the rest
+        for (let i = 0; i < 8; i++) {
             await page.reload();
             await page.waitForFunction(() => performance.getEntriesByName('first-contentful-paint').length > 0);
             times.push(await page.evaluate(() => performance.getEntriesByName('first-contentful-paint')[0].startTime));

@@ -112,6 +112,7 @@ export const Meter = ({ value, label }: { value: number; label: string }) => (
 // ---- Long tables -----------------------------------------------------------------------------------------------------
 
 const ROW = 34;
+const BEYOND = 4; // rows that are kept ready above and below those in sight
 
 /** By: what the list is sorted by when the title is pressed, once up and once down. */
 export interface Column<T> { title: string; width?: string; hidden?: boolean; by?: (item: T) => string | number | null | undefined }
@@ -145,8 +146,8 @@ export function LongTable<T>({ items: given, columns, label, row, keyOf }: {
     }, []);
     // What has no width of its own keeps ten letters or so: more columns than fit are scrolled to.
     const least = columns.reduce((sum, c) => sum + (c.width ? parseFloat(c.width) : 9), 0);
-    const inSight = Math.ceil(height / ROW) + 16;
-    const first = Math.max(0, Math.min(Math.floor(top / ROW) - 8, items.length - inSight)); // a list may have become shorter
+    const inSight = Math.ceil(height / ROW) + 2 * BEYOND;
+    const first = Math.max(0, Math.min(Math.floor(top / ROW) - BEYOND, items.length - inSight)); // a list may have become shorter
     const last = Math.min(items.length, first + inSight);
     return (
         <div class="long" ref={box} tabIndex={0} role="region" aria-label={label}
