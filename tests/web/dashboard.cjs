@@ -61,9 +61,9 @@ async function main() {
     await step('cells of a spreadsheet are pasted into the list, and taken back', async () => {
         const cell = await page.waitForSelector('input[aria-label="Side of L_amygdala"]');
         await cell.evaluate((node) => {
-            const clipboardData = new DataTransfer();
-            clipboardData.setData('text/plain', 'R\t3\r\nlh\t4.5\r\n');
-            node.dispatchEvent(new ClipboardEvent('paste', { clipboardData, bubbles: true, cancelable: true }));
+            const event = new Event('paste', { bubbles: true, cancelable: true }); // Firefox lets no script fill a clipboard
+            Object.defineProperty(event, 'clipboardData', { value: { getData: () => 'R\t3\r\nlh\t4.5\r\n' } });
+            node.dispatchEvent(event);
         });
         await waitText(page, '2 by 2 cells pasted');
         const said = await page.evaluate(() => ['L_amygdala', 'L_caudate'].map((name) => ['Side', 'Time'].map((of) => document.querySelector(`input[aria-label="${of} of ${name}"]`).value).join(' ')).join(', '));
