@@ -200,6 +200,31 @@ bool jobs_remotes_barred(struct jobs_remotes *remotes, const char *who)
     return barred;
 }
 
+size_t jobs_remotes_alive(struct jobs_remotes *remotes, const char *job)
+{
+    double now = clock_now();
+    size_t alive = 0;
+
+    pthread_mutex_lock(&remotes->mutex);
+    for (size_t i = 0; i < remotes->count; i++) {
+        const struct jobs_remote_state *state = &remotes->list[i];
+
+        alive += now < state->until && strcmp(state->remote.job, job) == 0;
+    }
+    pthread_mutex_unlock(&remotes->mutex);
+    return alive;
+}
+
+bool jobs_remotes_know(struct jobs_remotes *remotes, const char *who)
+{
+    bool known;
+
+    pthread_mutex_lock(&remotes->mutex);
+    known = find(remotes, who) != NULL;
+    pthread_mutex_unlock(&remotes->mutex);
+    return known;
+}
+
 bool jobs_remotes_withheld(struct jobs_remotes *remotes)
 {
     bool withheld;

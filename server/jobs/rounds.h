@@ -33,6 +33,7 @@ struct jobs_slot {
     size_t before, after;  /* of the list of those that are LEASED; SIZE_MAX: none */
     double since, expires; /* of a lease, by the monotonic clock */
     bool losing;           /* the store is asked to lose the lease: it is extended no more */
+    bool restored;         /* the lease is of before a restart */
     unsigned char *result; /* malloc, charged to the job; NULL: the store has it alone */
     size_t size;
     char who[JOBS_WHO_SIZE]; /* has the lease, "": not known, as of one given before a restart */
@@ -160,6 +161,10 @@ void jobs_remotes_note(struct jobs_remotes *remotes, const char *who, enum jobs_
 bool jobs_remotes_bar(struct jobs_remotes *remotes, const char *who, const char *why);
 /* Whether the worker is barred. */
 bool jobs_remotes_barred(struct jobs_remotes *remotes, const char *who);
+/* How many workers live that may lease tasks of this job alone. */
+size_t jobs_remotes_alive(struct jobs_remotes *remotes, const char *job);
+/* Whether the worker has asked for a task since the start, and was not forgotten. */
+bool jobs_remotes_know(struct jobs_remotes *remotes, const char *who);
 /* Whether a task was withheld since the last call because its token holds as many as it may. */
 bool jobs_remotes_withheld(struct jobs_remotes *remotes);
 /* Whether a worker lives beside that one that may lease tasks of the job, does not lose all that it

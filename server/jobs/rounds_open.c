@@ -94,6 +94,7 @@ static void enter_slot(struct jobs_run *run, struct jobs_open_round *round, size
 
     if (slot->row.status == STORE_TASK_LEASED) {
         jobs_slot_lease(round, index, run->jobs->config.lease_seconds);
+        slot->restored = true;
     } else if (slot->row.status == STORE_TASK_DONE) {
         jobs_slot_finish(round, index, NULL);
     }

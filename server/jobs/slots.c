@@ -28,7 +28,7 @@ void jobs_slot_lease(struct jobs_open_round *round, size_t index, double seconds
     struct jobs_slot *slot = &round->slots[index];
 
     slot->state = SLOT_LEASED;
-    slot->losing = false;
+    slot->losing = slot->restored = false;
     slot->since = clock_now();
     slot->expires = slot->since + seconds;
     slot->before = SIZE_MAX;

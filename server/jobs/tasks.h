@@ -155,6 +155,7 @@ struct jobs_demand {
     char job[STORE_ID_MAX];
     size_t left, done; /* tasks, those that are leased among the first */
     double seconds;    /* that a task took on average; 0: none was done since the round opened */
+    size_t alive;      /* workers of passes of this job that gave a sign of late */
 };
 /* Fills demands with those of the open rounds, `most` of them; returns how many. */
 size_t jobs_demands(struct jobs *jobs, struct jobs_demand *demands, size_t most);

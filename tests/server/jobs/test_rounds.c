@@ -1,7 +1,9 @@
 /*
  * What came of a lease behind the back of an open round, as it can while a daemon that was started
  * again opens it: the store has the end of the lease, and nobody told the round. The job must take
- * it from the store when the lease has expired.
+ * it from the store when the lease has expired. And which workers count as alive.
+ *
+ * srnfd-test: waits
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,6 +13,7 @@
 
 #include <string.h>
 
+#include "clock.h"
 #include "engine.h"
 #include "jobs/submit.h"
 #include "jobs/tasks.h"
@@ -97,7 +100,7 @@ static void count_offer(void *user)
     atomic_fetch_add(&world->offers, 1);
 }
 
-static void begin(struct world *world)
+static void open_engine(struct world *world, double lease_seconds)
 {
     struct jobs_config config = {.store = world->engine.fixture->store,
                                  .workers = 1,
@@ -105,14 +108,32 @@ static void begin(struct world *world)
                                  .user = world,
                                  .offers_tasks = true,
                                  .offered = count_offer,
-                                 .lease_seconds = LEASE_SECONDS};
+                                 .lease_seconds = lease_seconds};
+
+    assert_int_equal(jobs_open(&world->engine.jobs, &config), JOBS_OK);
+}
+
+static void begin(struct world *world, double lease_seconds)
+{
     struct store_job job;
     enum jobs_submission how;
 
-    assert_int_equal(jobs_open(&world->engine.jobs, &config), JOBS_OK);
+    open_engine(world, lease_seconds);
     assert_int_equal(jobs_submit(world->engine.jobs, NULL, "round", "{}", NULL, NULL, &job, &how),
                      JOBS_OK);
     store_job_clear(&job);
+}
+
+/* What the round has to do, once it is open. */
+static void await_demand(struct world *world, struct jobs_demand *demand)
+{
+    size_t n = 0;
+
+    for (int ms = 0; ms < ENGINE_WAIT_MS && n == 0; ms += 2) {
+        engine_pause_ms(2);
+        n = jobs_demands(world->engine.jobs, demand, 1);
+    }
+    assert_int_equal(n, 1);
 }
 
 static void finish(struct world *world, struct jobs_lease *lease)
@@ -154,7 +175,7 @@ static void a_result_that_only_the_store_has_is_taken(void **state)
     char text[JOBS_SECRET_SIZE + 2];
     unsigned char byte;
 
-    begin(world);
+    begin(world, LEASE_SECONDS);
     for (size_t i = 0; i < TASKS; i++) {
         lease(world, &leases[i]);
     }
@@ -175,7 +196,7 @@ static void a_lease_given_back_to_the_store_alone_is_free_again(void **state)
     struct jobs_lease leases[TASKS], again;
     char text[JOBS_SECRET_SIZE + 2];
 
-    begin(world);
+    begin(world, LEASE_SECONDS);
     for (size_t i = 0; i < TASKS; i++) {
         lease(world, &leases[i]);
     }
@@ -199,7 +220,7 @@ static void workers_are_told_of_a_task_whose_result_was_none(void **state)
     char text[JOBS_SECRET_SIZE + 2];
     int before;
 
-    begin(world);
+    begin(world, LEASE_SECONDS);
     for (size_t i = 0; i < TASKS; i++) {
         lease(world, &leases[i]);
     }
@@ -220,6 +241,79 @@ static void workers_are_told_of_a_task_whose_result_was_none(void **state)
     await_success(world);
 }
 
+/* Leases one task as a worker of this job alone does. */
+static void lease_as_pilot(struct world *world, struct jobs_remote *worker, const char *job,
+                           struct jobs_lease *got)
+{
+    (void)snprintf(worker->job, sizeof worker->job, "%s", job);
+    jobs_remote_who(worker->owner, worker->job, worker->name, worker->who);
+    assert_int_equal(jobs_lease(world->engine.jobs, worker, got), STORE_OK);
+    jobs_task_clear(&got->what);
+}
+
+static int extend(struct world *world, const struct jobs_lease *lease, const char *job)
+{
+    const struct jobs_proof proof = {.secret = lease->secret, .owner = "", .job = job};
+    double seconds;
+
+    return jobs_lease_extend(world->engine.jobs, lease->task, &proof, &seconds);
+}
+
+/* A worker that computes for long asks for nothing, and its heartbeats are its signs. */
+static void heartbeats_keep_a_worker_alive(void **state)
+{
+    struct world *world = *state;
+    struct jobs_remote worker = remote;
+    struct jobs_demand demand;
+    struct jobs_lease got;
+    double end;
+
+    begin(world, 2.0);
+    await_demand(world, &demand);
+    lease_as_pilot(world, &worker, demand.job, &got);
+    for (end = clock_now() + 3.3; clock_now() < end; engine_pause_ms(50)) {
+        assert_int_equal(extend(world, &got, worker.job), STORE_OK);
+    }
+    await_demand(world, &demand);
+    assert_int_equal(demand.alive, 1);
+    for (end = clock_now() + 3.3; clock_now() < end;) {
+        engine_pause_ms(50);
+    }
+    await_demand(world, &demand);
+    assert_int_equal(demand.alive, 0);
+}
+
+/* Of a worker that is busy, and so has not asked for a task since the service was started again,
+   its leases tell; once it has asked, it is counted no second time. */
+static void workers_of_before_a_restart_count_as_alive(void **state)
+{
+    struct world *world = *state;
+    struct jobs_remote worker = remote;
+    struct jobs_demand demand;
+    struct jobs_lease leases[2], none;
+
+    worker.slots = 2;
+    begin(world, 60.0);
+    await_demand(world, &demand);
+    assert_int_equal(demand.alive, 0);
+    lease_as_pilot(world, &worker, demand.job, &leases[0]);
+    lease_as_pilot(world, &worker, demand.job, &leases[1]);
+    await_demand(world, &demand);
+    assert_int_equal(demand.alive, 1);
+    jobs_close(world->engine.jobs, 0.0);
+    world->engine.jobs = NULL;
+    open_engine(world, 60.0);
+    await_demand(world, &demand);
+    assert_int_equal(demand.alive, 1);
+    assert_int_equal(extend(world, &leases[0], worker.job), STORE_OK);
+    await_demand(world, &demand);
+    assert_int_equal(demand.alive, 1);
+    assert_int_equal(extend(world, &leases[1], worker.job), STORE_OK);
+    assert_int_equal(jobs_lease(world->engine.jobs, &worker, &none), STORE_NOT_FOUND);
+    await_demand(world, &demand);
+    assert_int_equal(demand.alive, 1);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, engine_teardown)
 
 int main(void)
@@ -228,6 +322,8 @@ int main(void)
         TEST(a_result_that_only_the_store_has_is_taken),
         TEST(a_lease_given_back_to_the_store_alone_is_free_again),
         TEST(workers_are_told_of_a_task_whose_result_was_none),
+        TEST(heartbeats_keep_a_worker_alive),
+        TEST(workers_of_before_a_restart_count_as_alive),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
