@@ -37,7 +37,8 @@ static struct slurm_config settings_of(const struct config *config)
                                  .memory = (size_t)config->slurm_memory,
                                  .workers = (size_t)config->slurm_workers,
                                  .seconds = config->slurm_seconds,
-                                 .poll_seconds = config->slurm_poll_seconds};
+                                 .poll_seconds = config->slurm_poll_seconds,
+                                 .lease_seconds = config->lease_seconds};
 }
 
 bool executor_check(const struct config *config, char *message, size_t size)

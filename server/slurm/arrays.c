@@ -218,7 +218,7 @@ static bool ended_badly(const struct slurm_element *element)
 
 static void count(const struct slurm *slurm, struct slurm_array *array)
 {
-    array->pending = array->running = array->leaving = 0;
+    array->pending = array->running = array->leaving = array->delayed = 0;
     for (size_t i = 0; i < slurm->n_elements; i++) {
         const struct slurm_element *element = &slurm->elements[i];
 
@@ -228,8 +228,10 @@ static void count(const struct slurm *slurm, struct slurm_array *array)
         array->seen = true;
         array->pending += element->state == SLURM_PENDING;
         array->running += element->state == SLURM_RUNNING;
+        array->ran = array->ran || element->state == SLURM_RUNNING;
         array->leaving += element->state == SLURM_LEAVING;
         if (element->state == SLURM_PENDING) {
+            array->delayed += array->ran && strcmp(element->reason, "BeginTime") == 0;
             memcpy(array->reason, element->reason, sizeof array->reason);
         }
         if (ended_badly(element)) {

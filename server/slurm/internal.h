@@ -89,6 +89,8 @@ const char *slurm_arguments_problem(const char *text);
 struct slurm_array {
     struct store_pilots row;
     size_t pending, running, leaving;  /* elements at the last look */
+    size_t delayed;                    /* pending ones that ran, and have to wait for some time */
+    bool ran;                          /* an element, at some look */
     bool seen;                         /* at some look */
     bool spent;                        /* its memory was too little, and that was noted */
     bool cut;                          /* some of its elements were cancelled */
@@ -109,7 +111,11 @@ struct slurm_operation {
     size_t round_done, done; /* tasks done of the last round seen, and of all */
     double seconds;          /* that a task took, in the last round that tells; 0: not known */
     size_t most;             /* pilots that it gets */
-    size_t pending, running; /* that it has */
+    size_t pending, running; /* that it has, without those that are delayed */
+    size_t alive;            /* of those that run, as their signs say */
+    size_t silent;           /* of those that run, without a sign for long */
+    double heard;            /* when no others were without a sign */
+    size_t fewest;           /* that were without one at any look since; SIZE_MAX: no look */
     bool unclear;            /* it is not known whether an array was submitted */
     int64_t attempt, memory; /* of the last array; of the next */
     unsigned failures;       /* arrays in a row that did nothing */

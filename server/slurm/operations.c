@@ -10,8 +10,10 @@
 #include "slurm/internal.h"
 
 #include "clock.h"
+#include "log.h"
 
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,7 +21,8 @@
 #define SLOT_SECONDS 4.0
 #define TASK_SECONDS 1.0
 #define DEMANDS_MAX 256
-#define PAUSE_MAX 300.0 /* seconds between two tries that do nothing */
+#define PAUSE_MAX 300.0   /* seconds between two tries that do nothing */
+#define SILENT_LEASES 3.0 /* times of a lease without a sign, after which a pilot does not count */
 
 /* ---- How many -------------------------------------------------------------------------------- */
 
@@ -91,6 +94,7 @@ static void take_demand(struct slurm_operation *operation, const struct jobs_dem
 
     operation->waits = true;
     operation->left = demand->left;
+    operation->alive = demand->alive;
     operation->done += demand->done - before;
     operation->round_done = demand->done;
     if (demand->seconds > 0.0) {
@@ -146,11 +150,44 @@ static void count_arrays(struct slurm *slurm)
         if (array->row.status == STORE_PILOTS_ENDING && !(array->row.vanished && o->failures > 1)) {
             continue;
         }
-        o->pending += array->pending;
+        o->pending += array->pending > array->delayed ? array->pending - array->delayed : 0;
         o->running += array->running;
         o->unclear = o->unclear || array->row.status == STORE_PILOTS_INTENDED;
         if (array->pending > 0) {
             memcpy(o->reason, array->reason, sizeof o->reason);
+        }
+    }
+}
+
+/* Pilots that run as Slurm says, on a node that has gone, or that cannot reach the service, are not
+   to keep the job from getting others. Those that have just begun are given time, and where some
+   begin at each look, as many count as were without a sign at all of them. */
+static void notice_silent(struct slurm *slurm)
+{
+    double now = clock_now();
+
+    for (struct slurm_operation *o = slurm->operations; o; o = o->link) {
+        size_t missing = o->running > o->alive ? o->running - o->alive : 0;
+        bool known = !o->waits || slurm->blind || missing <= o->silent;
+
+        if (known || o->heard <= 0.0) {
+            o->silent = missing < o->silent ? missing : o->silent;
+            o->heard = now;
+            o->fewest = SIZE_MAX;
+            continue;
+        }
+        o->fewest = missing < o->fewest ? missing : o->fewest;
+        if (now - o->heard > SILENT_LEASES * slurm->config.lease_seconds) {
+            char trouble[SLURM_WHY_MAX];
+
+            (void)snprintf(trouble, sizeof trouble, "%zu pilot%s gave no sign for long", o->fewest,
+                           o->fewest == 1 ? "" : "s");
+            LOG_WARN("pilots-silent", log_text("job", o->job),
+                     log_number("pilots", (double)o->fewest));
+            o->silent = o->fewest;
+            o->heard = now;
+            o->fewest = SIZE_MAX;
+            slurm_operation_fail(o, trouble);
         }
     }
 }
@@ -204,6 +241,7 @@ void slurm_operations_update(struct slurm *slurm)
 {
     take_demands(slurm);
     count_arrays(slurm);
+    notice_silent(slurm);
     ask_store(slurm);
     forget(slurm);
     share(slurm);

@@ -60,7 +60,8 @@ static void end_arrays(struct slurm *slurm, const char *job)
 
 static void serve(struct slurm *slurm, struct slurm_operation *operation)
 {
-    size_t live = operation->pending + operation->running, most = operation->most;
+    size_t live = operation->pending + operation->running - operation->silent;
+    size_t most = operation->most;
 
     if (!operation->wanted) {
         end_arrays(slurm, operation->job);

@@ -35,6 +35,7 @@ struct slurm_config {
     size_t workers;               /* pilots at once, at most */
     double seconds;               /* that a program of Slurm may take */
     double poll_seconds;          /* between two looks at the queue */
+    double lease_seconds;         /* in which a pilot at work gives a sign */
 };
 
 /* Whether the programs of Slurm are there, and its settings can be used; otherwise a sentence. Runs

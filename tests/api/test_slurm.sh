@@ -349,6 +349,29 @@ post "/v1/jobs/$JOB/cancel"
 poll_job "$JOB" 20
 is "$JOB_STATUS" dismissed 'their job can be cancelled'
 
+# ---- Pilots that run and give no sign, as on a node that has gone ---------------------------------------------
+
+hold_pilots
+begin 2,1,3
+await RUNNING states "$JOB"
+rm "$STATE/instead"
+ends_as_local 'pilots that give no sign are followed by others'
+is "$(told pilots-silent)" 1 'as the log says'
+await '^0 0$' live
+is "$GOT" '0 0' 'and all are cancelled'
+
+# A node that failed: Slurm starts its pilots again, but not before some minutes.
+hold_pilots
+begin 3,1,0
+await 'Slurm: [1-9] running' message "$JOB"
+rm "$STATE/instead"
+for file in "$STATE"/*/*/word; do
+    ! grep -q RUNNING "$file" || echo DELAYED >"$file"
+done
+ends_as_local 'pilots that Slurm puts off are followed by others'
+is "$(told pilots-silent)" 1 'at once'
+await '^0 0$' live
+
 # ---- Pilots that end badly ----------------------------------------------------------------------------------
 
 echo 1500 >"$STATE/memory"

@@ -16,7 +16,8 @@
 # state/given       MiB of elements that ask for none; without the file Slurm gives no memory at all
 # state/calls       one line a call: program and arguments; state/seen-N: arguments and environment of a call of sbatch,
 #                   as /proc has them
-# state/ID/N/       an element: word (its state), pid, worker (the process of its script)
+# state/ID/N/       an element: word (its state, or DELAYED: pending until some time), pid, worker (the process of its
+#                   script)
 # state/asleep      processes of those that did not end
 # state/instead     a script that elements run instead of their own, whose path is its argument
 set -u
@@ -143,6 +144,7 @@ list() { # ARGUMENTS..
         line "$element/word"
         case $LINE in
         PENDING) ;;
+        DELAYED) LINE=PENDING reason=BeginTime ;;
         FAILED) reason=NonZeroExitCode ;;
         TIMEOUT) reason=TimeLimit ;;
         *) reason=None ;;
@@ -163,7 +165,7 @@ cancel() { # IDS..
             line "$element/word"
             case $LINE in
             PENDING) echo CANCELLED >"$element/word" ;;
-            RUNNING)
+            RUNNING | DELAYED)
                 echo CANCELLED >"$element/word"
                 kill -TERM "$(cat "$element/worker")" 2>/dev/null
                 ;;
