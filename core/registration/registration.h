@@ -340,8 +340,8 @@ SRNF_CHECKED int registration_lay(const struct srnf_sht *sht,
                                   double *jacobian, double *q, double *f);
 /* Rows of a grid of 2 rows^2 nodes that fields of a degree do not overfit. */
 size_t registration_rows(size_t degree);
-/* The parallels of a Gauss-Legendre grid of 2 rows^2 nodes, without the tables of a transform; to be
-   freed. NULL: no memory. */
+/* The parallels of a Gauss-Legendre grid of 2 rows^2 nodes, without the tables of a transform; to
+   be freed. NULL: no memory. */
 double *registration_parallels(size_t rows, struct srnf_grid *grid);
 /* Nodes and weights of a grid: [n][3] and [n]. */
 void registration_nodes(const struct srnf_grid *grid, double *points, double *weight);

@@ -5,8 +5,8 @@
  * the best rotations of the screening are not refined but compete: each round takes a few steps
  * with fields of one degree on one grid and keeps the better ones; grids, surfaces and fields grow
  * while the entrants become fewer. One that will hardly come near enough to the best of its round
- * to be kept is given up before its steps are done. All rounds read from tables, and all entrants share the factors
- * of one Gauss-Newton matrix.
+ * to be kept is given up before its steps are done. All rounds read from tables, and all entrants
+ * share the factors of one Gauss-Newton matrix.
  */
 #include "tournament.h"
 

@@ -11,7 +11,8 @@
 
 /* The constant, the group, and what a covariance of displacements in space needs. */
 #define SUBJECTS_MIN(covariates) ((covariates) + 5)
-/* Inflation of the variance from which on srnf_compare_groups refuses: 1e-8 of the length is left. */
+/* Inflation of the variance from which on srnf_compare_groups refuses: 1e-8 of the length is
+   left. */
 #define DETERMINED 1e16
 
 #define WHY_NOT_COMPARED                                                                          \
