@@ -9,7 +9,6 @@
  */
 #include "inversion.h"
 
-#include <lapacke.h>
 #include <math.h>
 
 static double determinant(const double m[9])
@@ -56,15 +55,13 @@ void inversion_sphere_start(const struct gauss_newton *system, double *f)
     double s[3];
     double u[9];
     double vt[9];
-    double work[64];
     double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     size_t count = system->count / 3;
     /* |R e| = radius has area 4 pi radius^2; e_k has coefficient sqrt(4 pi / 3) on its harmonic. */
     double scale = sqrt(system->q_norm2 / (4.0 * SRNF_PI)) * sqrt(4.0 * SRNF_PI / 3.0);
 
     moments(system, b);
-    if (LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'A', 'A', 3, 3, b, 3, s, u, 3, vt, 3, work, 64) ==
-        0) {
+    if (linear_singular(b, s, u, vt) == SRNF_OK) {
         double sign = determinant(u) * determinant(vt) < 0.0 ? -1.0 : 1.0;
 
         for (size_t i = 0; i < 3; i++) {

@@ -25,6 +25,9 @@ void linear_diagonal(size_t degree, double a, double b, double *diagonal);
 /* Those of a symmetric matrix of size_of rows, increasing; with vectors the matrix becomes those,
    one a row. Only its upper triangle, as C sees it, is read. SRNF_ENOMEM, SRNF_ENUMERIC. */
 int linear_eigenvalues(size_t size_of, bool vectors, double *matrix, double *values);
+/* A = U diag(s) V' of 3 x 3, all column-major (singular.c). SRNF_ENUMERIC: A is not finite, or no
+   convergence. */
+SRNF_CHECKED int linear_singular(const double a[9], double s[3], double u[9], double vt[9]);
 
 /* ---- The solvers ----------------------------------------------------------------------------- */
 

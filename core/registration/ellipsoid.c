@@ -12,21 +12,16 @@
  */
 #include "registration.h"
 
-#include <lapacke.h>
 #include <math.h>
 
 /* Column-major 3 x 3 factors, both turned into rotations: the last column takes the sign. */
 static int decompose(const double a[9], double u[9], double v[9])
 {
-    double copy[9];
     double s[3];
     double vt[9];
-    double work[64];
     double *factors[2] = {u, v};
 
-    linear_copy(9, a, copy);
-    if (LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'A', 'A', 3, 3, copy, 3, s, u, 3, vt, 3, work, 64) !=
-        0) {
+    if (linear_singular(a, s, u, vt) != SRNF_OK) {
         return SRNF_ENUMERIC;
     }
     for (size_t i = 0; i < 9; i++) {

@@ -10,7 +10,6 @@
  */
 #include "registration.h"
 
-#include <lapacke.h>
 #include <math.h>
 
 double registration_closest_rotation(const double b[9], double rotation[9])
@@ -19,15 +18,13 @@ double registration_closest_rotation(const double b[9], double rotation[9])
     double s[3];
     double u[9];
     double vt[9];
-    double work[64];
     double sign;
 
     for (size_t i = 0; i < 9; i++) {
         a[i] = b[3 * (i % 3) + i / 3]; /* to column-major */
         rotation[i] = i % 4 == 0 ? 1.0 : 0.0;
     }
-    if (LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'A', 'A', 3, 3, a, 3, s, u, 3, vt, 3, work, 64) !=
-        0) {
+    if (linear_singular(a, s, u, vt) != SRNF_OK) {
         return 0.0;
     }
     sign = (u[0] * (u[4] * u[8] - u[5] * u[7]) - u[3] * (u[1] * u[8] - u[2] * u[7]) +

@@ -17,8 +17,8 @@
  * Cost: about 10 us a vertex.
  */
 #include "sphere_map.h"
+#include "linear/linear.h"
 
-#include <lapacke.h>
 #include <string.h>
 
 #define GROWTH 1.5
@@ -212,13 +212,11 @@ static int make_canonical(struct spherical *s)
     double singular[3];
     double u[9];
     double vt[9];
-    double work[64];
     double axes[3][3];
 
     first_moments(s, b);
     third_moment(s, third);
-    if (LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'A', 'A', 3, 3, b, 3, singular, u, 3, vt, 3, work,
-                            64) != 0) {
+    if (linear_singular(b, singular, u, vt) != SRNF_OK) {
         return SRNF_ENUMERIC;
     }
     for (size_t k = 0; k < 2; k++) {

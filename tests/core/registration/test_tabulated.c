@@ -367,6 +367,15 @@ static void closest_rotations_are_those_of_the_decomposition(void **state)
         assert_true(tabulated_closest_rotation(zero, rotation) == 0.0);
         assert_true(rotation[0] == 1.0 && rotation[1] == 0.0);
     }
+    /* LAPACK's decomposition of a matrix with an infinite number does not end. */
+    for (size_t i = 0; i < 9; i++) {
+        double b[9] = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0};
+        double rotation[9];
+
+        b[i] = INFINITY;
+        assert_true(registration_closest_rotation(b, rotation) == 0.0);
+        assert_true(rotation[0] == 1.0 && rotation[1] == 0.0);
+    }
 }
 
 /* A surface pulled back along gamma, at the points of delta, is the surface at those of gamma o
