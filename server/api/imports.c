@@ -179,6 +179,7 @@ static void clear(struct import *import)
     json_decref(import->labels);
     json_decref(import->manifest);
     json_decref(import->by_path);
+    json_decref(import->surfaces);
     json_decref(import->seen);
     jobs_memory_discharge(jobs_memory_current(), import->charged);
 }

@@ -22,6 +22,8 @@ struct store_batch; /* store/batch.h */
 #define IMPORT_PREPARED_MAX ((size_t)16 << 20) /* 100 meshes of 6,000 faces; others at first need */
 
 #define IMPORT_CHANGED "it is not what " STUDY_MANIFEST " says of it: its content was changed"
+#define IMPORT_LACKING \
+    "it stands on surfaces that did not come with it and are not yours: send them with it"
 #define IMPORT_EDITED "what it says of %.60s (%.200s) is not what the export wrote: it was changed"
 
 /* A mesh of the import, or a file that was refused when it was read, which has a path alone. */
@@ -50,13 +52,16 @@ struct import {
     struct study_table table;
     char *table_path; /* NULL: there is no table */
     json_t *labels;   /* how many members have each, the first IMPORT_LABELS_SHOWN; NULL: none */
-    /* Of an export: its manifest, its files by their paths, the ids that came, and of the next
-       mesh its id, format, name and source; NULL otherwise. How many surfaces, models and jobs came
+    /* Of an export: its manifest, its files by their paths, the ids of its surfaces (all must
+       come), the ids that came, and of the next mesh its id, format, name and source; NULL
+       otherwise. How many surfaces, models and jobs came
        with it. */
-    json_t *manifest, *by_path, *seen;
+    json_t *manifest, *by_path, *surfaces, *seen;
     const char *id, *format, *name, *source;
-    bool volume; /* the next one is a volume */
-    bool edited; /* what is refused is what the manifest says, and not a file */
+    bool volume;  /* the next one is a volume */
+    bool edited;  /* what is refused is what the manifest says, and not a file */
+    bool fresh;   /* a surface or model of it is new to the caller */
+    bool lacking; /* it stands on a surface that did not come, and that the caller has not */
     size_t n_restored[3];
     size_t unpack_left; /* bytes that may still be unpacked */
     int64_t room;       /* bytes that the owner may still take; below 0: any number */

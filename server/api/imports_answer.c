@@ -67,6 +67,7 @@ void import_respond_taken(struct import *import, const struct store_cohort *coho
     json_t *answer = json_object(), *meshes = json_array(), *volumes = json_array();
     json_t *warnings = json_array();
 
+    created = created || import->fresh;
     for (size_t i = 0; i < import->n_files; i++) {
         const struct import_file *file = &import->files[i];
 

@@ -8,6 +8,7 @@
  */
 #include "api/imports.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,12 +16,14 @@
 #include "api/auth.h"
 #include "api/json_memory.h"
 #include "api/labels.h"
+#include "api/model_parts.h"
 #include "api/npy.h"
 #include "api/study.h"
 #include "api/surfaces.h"
 #include "jobs/submit.h"
 #include "store/batch.h"
 #include "store/digest.h"
+#include "store/holdings.h"
 #include "store/job.h"
 #include "store/model.h"
 #include "store/surface.h"
@@ -36,6 +39,16 @@ struct wanted {
     size_t count; /* that it must have */
     double **values;
 };
+
+static bool all_finite(size_t n, const double *values)
+{
+    bool good = true;
+
+    for (size_t i = 0; i < n; i++) {
+        good = good && isfinite(values[i]);
+    }
+    return good;
+}
 
 static void take_array(const struct archive_file *file, const struct wanted *wanted, size_t n)
 {
@@ -170,7 +183,8 @@ bool import_restore_surface(struct import *import, const json_t *record, const c
              &surface.maps.values}};
 
         read_npz(given, wanted, surface.maps.count ? 2 : 1);
-        good = check_surface(&surface, id);
+        good = check_surface(&surface, id) &&
+               all_finite(surface.coefficient_count, surface.coefficients);
     }
     if (good) {
         (void)snprintf(surface.id, sizeof surface.id, "%s", id);
@@ -183,16 +197,52 @@ bool import_restore_surface(struct import *import, const json_t *record, const c
     return good;
 }
 
-/* What of the record is part of the id: all but the job. */
+/* What of the record is part of the id: all but the job. NULL: the record is no object. */
 static char *identity_of(const char *text)
 {
     json_t *record = json_loads(text, 0, NULL);
     char *identity;
 
     (void)json_object_del(json_object_get(record, "madeFrom"), "job");
-    identity = json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+    identity =
+        json_is_object(record)
+            ? json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17))
+            : NULL;
     json_decref(record);
     return identity;
+}
+
+/* Whether all surfaces that the model stands on are listed, and so come or nothing is kept, or are
+   the caller's already: what only others have is not there. */
+static bool has_means(struct import *import, const struct compute_joint *joint, int *status)
+{
+    bool good = true;
+
+    for (size_t part = 0; part < joint->n_parts && good && *status == STORE_OK; part++) {
+        const char *mean = joint->means[part];
+
+        if (!json_object_get(import->surfaces, mean)) {
+            *status = store_owner_has(import->call->api->config.store,
+                                      call_owner(import->call).name, mean);
+            good = *status != STORE_NOT_FOUND;
+            *status = good ? *status : STORE_OK;
+            import->lacking = !good;
+        }
+    }
+    return good;
+}
+
+/* Whether the arrays hold numbers, and the record fits them. */
+static bool is_usable(const struct store_model *model, struct compute_joint *joint)
+{
+    bool good = true;
+
+    for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
+        good = good &&
+               (!model->arrays[i] ||
+                all_finite(store_model_count(model, (enum store_model_array)i), model->arrays[i]));
+    }
+    return good && model_joint(model, joint);
 }
 
 bool import_restore_model(struct import *import, const json_t *record, const char *id,
@@ -208,7 +258,10 @@ bool import_restore_model(struct import *import, const json_t *record, const cha
                 whole(record, "subjects", 1, 100000, &model.subjects) &&
                 whole(record, "components", 1, 100000, &model.components);
     struct wanted wanted[STORE_MODEL_ARRAYS];
-    char *identity = NULL;
+    char *identity = good ? identity_of(model.record) : NULL;
+    struct compute_joint joint;
+
+    good = identity != NULL;
 
     import->edited = !good;
     if (good) {
@@ -223,8 +276,8 @@ bool import_restore_model(struct import *import, const json_t *record, const cha
             good = good && model.arrays[i];
         }
     }
-    if (good) {
-        identity = identity_of(model.record);
+    good = good && is_usable(&model, &joint) && has_means(import, &joint, status);
+    if (good && *status == STORE_OK) {
         model.identity = identity;
         *status = store_batch_add_model(import->batch, &model, id);
         good = *status != STORE_CORRUPT;

@@ -16,18 +16,20 @@
 #include "api/study.h"
 #include "store/batch.h"
 #include "store/cohort.h"
+#include "store/holdings.h"
 
 #define MANIFEST_MAX ((size_t)64 << 20)
 #define SOURCE_MAX 4096 /* bytes of what made a mesh */
 
 static const char *const kinds[] = {"volumes", "meshes", "surfaces", "models", "jobs"};
 
-/* Files by their paths: kind and record. */
+/* Files by their paths: kind and record; and the ids of surfaces. */
 static void index_files(struct import *import)
 {
     const char *path;
 
     import->by_path = json_object();
+    import->surfaces = json_object();
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
         const json_t *all = json_object_get(import->manifest, kinds[i]);
 
@@ -38,6 +40,10 @@ static void index_files(struct import *import)
             if (path) {
                 (void)json_object_set_new(one, "kind", json_string(kinds[i]));
                 (void)json_object_set(import->by_path, path, one);
+            }
+            if (kinds[i][0] == 's' && json_is_string(json_object_get(one, "id"))) {
+                (void)json_object_set_new(
+                    import->surfaces, json_string_value(json_object_get(one, "id")), json_true());
             }
         }
     }
@@ -86,7 +92,9 @@ static bool is_source(const struct import *import, const char *text)
 
 static void refuse_changed(struct import *import, const char *path, const char *id)
 {
-    if (import->edited) {
+    if (import->lacking) {
+        import_refuse(import, path, "no-such-surface", IMPORT_LACKING);
+    } else if (import->edited) {
         import_refuse(import, STUDY_MANIFEST, "not-as-described", IMPORT_EDITED, id, path);
     } else {
         import_refuse(import, path, "not-as-described", IMPORT_CHANGED);
@@ -109,7 +117,7 @@ bool import_take_study(struct import *import, struct import_given *given)
         return true; /* listed twice */
     }
     (void)json_object_set_new(import->seen, id, json_true());
-    import->edited = false;
+    import->edited = import->lacking = false;
     import->volume = strcmp(kind, "volumes") == 0;
     if (strcmp(kind, "meshes") == 0 || import->volume) {
         import->id = id;
@@ -138,7 +146,13 @@ bool import_take_study(struct import *import, struct import_given *given)
     } else if (status != STORE_OK) {
         (void)problem_respond_store(import->call, status, NULL, "keeping the study");
         import->answered = true;
-    } else if (store_batch_count(import->batch) > before) {
+    } else {
+        import->fresh =
+            import->fresh || (kind[0] != 'j' && store_owner_has(import->call->api->config.store,
+                                                                call_owner(import->call).name,
+                                                                id) == STORE_NOT_FOUND);
+    }
+    if (good && status == STORE_OK && store_batch_count(import->batch) > before) {
         import->n_restored[kind[0] == 's' ? 0 : kind[0] == 'm' ? 1 : 2]++;
     }
     return true;

@@ -13,9 +13,14 @@
 
 #include <stdlib.h>
 
+struct entry {
+    struct store_batch_item item;
+    enum store_batch_turn turn;
+};
+
 struct store_batch {
     struct store *store;
-    struct store_batch_item *items;
+    struct entry *items;
     size_t count, capacity;
     size_t failed;
 };
@@ -32,7 +37,7 @@ struct store_batch *store_batch_create(struct store *store)
 
 static void clear_item(struct store_batch *batch, size_t index)
 {
-    struct store_batch_item *item = &batch->items[index];
+    struct store_batch_item *item = &batch->items[index].item;
 
     if (item->clear) {
         item->clear(batch->store, item->owned);
@@ -60,7 +65,7 @@ struct store *store_batch_store(const struct store_batch *batch)
 static int make_room(struct store_batch *batch)
 {
     size_t capacity = batch->capacity ? 2 * batch->capacity : 64;
-    struct store_batch_item *items;
+    struct entry *items;
 
     if (batch->count < batch->capacity) {
         return STORE_OK;
@@ -74,11 +79,12 @@ static int make_room(struct store_batch *batch)
     return STORE_OK;
 }
 
-int store_batch_add(struct store_batch *batch, int status, const struct store_batch_item *item)
+int store_batch_add(struct store_batch *batch, int status, enum store_batch_turn turn,
+                    const struct store_batch_item *item)
 {
     status = status == STORE_OK ? make_room(batch) : status;
     if (status == STORE_OK) {
-        batch->items[batch->count++] = *item;
+        batch->items[batch->count++] = (struct entry){*item, turn};
     } else {
         item->clear(batch->store, item->owned);
     }
@@ -116,12 +122,15 @@ static int run_batch(struct store *store, sqlite3 *db, struct store_write *write
     struct store_batch *batch = write->argument;
     int status = STORE_OK;
 
-    for (size_t i = 0; status == STORE_OK && i < batch->count; i++) {
-        const struct store_batch_item *item = &batch->items[i];
+    for (size_t k = 0; status == STORE_OK && k < STORE_BATCH_TURNS * batch->count; k++) {
+        const size_t i = k % batch->count;
+        const struct store_batch_item *item = &batch->items[i].item;
         struct store_write one = {.argument = item->argument};
 
-        batch->failed = i;
-        status = item->run ? item->run(store, db, &one) : STORE_OK;
+        if (batch->items[i].turn == k / batch->count && item->run) {
+            batch->failed = i;
+            status = item->run(store, db, &one);
+        }
     }
     return status;
 }

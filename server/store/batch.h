@@ -61,7 +61,7 @@ size_t store_batch_count(const struct store_batch *batch);
 /* Leaves out the put of this number. */
 void store_batch_drop(struct store_batch *batch, size_t index);
 
-/* Stores all, in the order in which they were added, in one transaction. On failure nothing is
+/* Stores all, each after what it may rest on, in one transaction. On failure nothing is
    stored, and *failed is the number of the put that could not be done: its status is returned, as
    of the function that stores one alone. */
 int store_batch_commit(struct store_batch *batch, size_t *failed);

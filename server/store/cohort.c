@@ -332,7 +332,8 @@ int store_batch_add_cohort(struct store_batch *batch, struct store_cohort *cohor
     *created = false;
     *missing = 0;
     return store_batch_add(
-        batch, STORE_OK, &(struct store_batch_item){run_batched, batched, clear_batched, batched});
+        batch, STORE_OK, STORE_BATCH_REST,
+        &(struct store_batch_item){run_batched, batched, clear_batched, batched});
 }
 
 /* ---- Removing -------------------------------------------------------------------------------- */

@@ -178,9 +178,19 @@ struct store_batch_item {
     void *owned; /* all that the put needs until it is done */
 };
 struct store *store_batch_store(const struct store_batch *batch);
+/* What rests on others is put after them, in whatever order they were added. */
+enum store_batch_turn {
+    STORE_BATCH_UPLOAD,
+    STORE_BATCH_SURFACE,
+    STORE_BATCH_MODEL,
+    STORE_BATCH_JOB,
+    STORE_BATCH_REST,
+    STORE_BATCH_TURNS
+};
 /* Adds a put that was made ready. Clears it where that failed, which is the status given, or where
    there is no memory. Returns the status. */
-int store_batch_add(struct store_batch *batch, int status, const struct store_batch_item *item);
+int store_batch_add(struct store_batch *batch, int status, enum store_batch_turn turn,
+                    const struct store_batch_item *item);
 /* Makes the content of what has this id ready: mends what is stored of it if the owner has it, and
    content->hash is then ""; stages it otherwise. kept: the bytes are read until it is stored. */
 int store_batch_stage(struct store_batch *batch, const char *owner, const char *id,

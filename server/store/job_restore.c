@@ -170,5 +170,6 @@ int store_batch_add_job(struct store_batch *batch, struct store_job *job, const 
         status = store_blob_stage(store, batched->results, size, &batched->content);
     }
     return store_batch_add(
-        batch, status, &(struct store_batch_item){run_batched, batched, clear_batched, batched});
+        batch, status, STORE_BATCH_JOB,
+        &(struct store_batch_item){run_batched, batched, clear_batched, batched});
 }

@@ -185,6 +185,6 @@ int store_batch_add_labels(struct store_batch *batch, const char *owner, const c
     (void)snprintf(batched->id, sizeof batched->id, "%s", id);
     batched->change = (struct change){batched->owner, batched->id, &batched->labels};
     return store_batch_add(
-        batch, STORE_OK,
+        batch, STORE_OK, STORE_BATCH_REST,
         &(struct store_batch_item){run_change, &batched->change, clear_batched, batched});
 }

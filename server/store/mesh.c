@@ -230,7 +230,8 @@ int store_batch_add_mesh(struct store_batch *batch, struct store_mesh *mesh, con
         return STORE_OK;
     }
     return store_batch_add(
-        batch, status, &(struct store_batch_item){run_put, &batched->put, clear_batched, batched});
+        batch, status, STORE_BATCH_UPLOAD,
+        &(struct store_batch_item){run_put, &batched->put, clear_batched, batched});
 }
 
 struct list {

@@ -402,5 +402,6 @@ int store_batch_add_model(struct store_batch *batch, struct store_model *model, 
     }
     status = status == STORE_OK ? stage(store, &batched->put, &staged) : status;
     return store_batch_add(
-        batch, status, &(struct store_batch_item){run_put, &batched->put, clear_batched, batched});
+        batch, status, STORE_BATCH_MODEL,
+        &(struct store_batch_item){run_put, &batched->put, clear_batched, batched});
 }

@@ -310,7 +310,8 @@ int store_batch_add_surface(struct store_batch *batch, struct store_surface *sur
         .surface = &batched->surface, .content = &batched->content, .now = store_now_ms()};
     status = stage_batched(store, batched);
     return store_batch_add(
-        batch, status, &(struct store_batch_item){run_put, &batched->put, clear_batched, batched});
+        batch, status, STORE_BATCH_SURFACE,
+        &(struct store_batch_item){run_put, &batched->put, clear_batched, batched});
 }
 
 struct list {

@@ -179,7 +179,8 @@ int store_batch_add_volume(struct store_batch *batch, struct store_volume *volum
         return STORE_OK;
     }
     return store_batch_add(
-        batch, status, &(struct store_batch_item){run_put, &batched->put, clear_batched, batched});
+        batch, status, STORE_BATCH_UPLOAD,
+        &(struct store_batch_item){run_put, &batched->put, clear_batched, batched});
 }
 
 struct list {

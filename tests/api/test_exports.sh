@@ -200,11 +200,21 @@ is "$STATUS $(json '"\(.cohort) \(.restored.models)"')" '201 null 1' 'a model is
 get "/v1/models/$MODEL/scores?format=csv"
 is "$STATUS" 200 'with its scores'
 post /v1/imports --data-binary "@$SCRATCH/encoded.zip" --header 'Content-Type: application/zip'
-is "$STATUS $(json '"\(.restored.models) \(.restored.jobs)"')" '200 1 2' 'so is one of encoded members, with both jobs'
+is "$STATUS $(json '"\(.restored.models) \(.restored.jobs)"')" '201 1 2' 'so is one of encoded members, with both jobs'
 post '/v1/meshes?name=apart' --data-binary "@$AAL/L_thalamus.ply"
 for process in project score; do
     execute "$process" "{\"model\":\"$ENCODED\",\"surface\":\"$(json '.id // .inputs.surface')\"}" --header 'Prefer: wait=100'
     is "$STATUS" 200 "and $process takes it"
+done
+
+# Ids are hashes that anybody can make: a model must also be one.
+for what in record infinite parts mean; do
+    tests/support/forge_model.py "$SCRATCH/model.zip" "$SCRATCH/forged.zip" "$what" >"$SCRATCH/forged"
+    post /v1/imports --data-binary "@$SCRATCH/forged.zip" --header 'Content-Type: application/zip'
+    is "$STATUS $(json '.refused[0].code')" "422 $([ $what = mean ] && echo no-such-surface || echo not-as-described)" \
+        "a forged model is refused, $what"
+    get "/v1/models/$(cat "$SCRATCH/forged")"
+    is "$STATUS" 404 'and not kept'
 done
 
 # Results have a digest that anybody can write anew: what they hold proves nothing, and may not be what the service makes.
@@ -229,10 +239,17 @@ ADA=$(token ada)
 BOB=$(token bob)
 start_server "$SCRATCH/d" --workers 1 || exit 1
 FOURTH=$SERVER_PID
+tests/support/forge_model.py "$SCRATCH/model.zip" "$SCRATCH/alone.zip" alone >"$SCRATCH/forged"
+# Unpacked and packed again, in an order of its own.
+(cd "$SCRATCH/open" && zip -q -r ../packed.zip srnfd-study.json jobs models surfaces meshes)
+study=$SCRATCH/packed.zip
 for token in "$ADA" "$BOB"; do
     auth="Authorization: Bearer $token"
-    post /v1/imports --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip' --header "$auth"
+    post /v1/imports --data-binary "@$SCRATCH/alone.zip" --header 'Content-Type: application/zip' --header "$auth"
+    is "$STATUS $(json '.refused[0].code')" '422 no-such-surface' 'no model without its mean, which others may have'
+    post /v1/imports --data-binary "@$study" --header 'Content-Type: application/zip' --header "$auth"
     is "$STATUS $(json .restored.jobs)" '201 4' 'an owner restores the study'
+    study=$SCRATCH/study.zip
     get '/v1/jobs?limit=200' --header "$auth"
     is "$(json '[.jobs[] | .message] | unique | join(", ")') $(json .total)" 'restored from an archive 4' 'and has its jobs'
     get '/v1/jobs?tag=final' --header "$auth"
