@@ -9,8 +9,8 @@
  *
  * Who hands on a model hands on neither other models of its members nor their labels. So of these
  * jobs it takes along the makers alone: the one that made the model, and those of its members, as
- * their records tell. Its mean may be that of another analysis too, which made it first: the job
- * of the model stands for it.
+ * their records tell. Its means and templates may be those of another analysis too, which made
+ * them first: the job of the model stands for them.
  */
 #include "api/study.h"
 
@@ -125,6 +125,36 @@ static void add_of_surface(struct study *study, const char *id)
     }
 }
 
+/* The job that made the surface stays out, unless the surface is a member of the model. */
+static void forget_maker(struct study *study, const json_t *record, const json_t *surface)
+{
+    const json_t *members = json_object_get(json_object_get(record, "madeFrom"), "surfaces");
+    const char *id = json_string_value(surface);
+
+    for (size_t i = 0; i < json_array_size(members); i++) {
+        if (json_equal(json_array_get(members, i), surface)) {
+            return;
+        }
+    }
+    (void)json_object_del(study->makers, id ? id : "");
+}
+
+/* Means and templates may be those of another analysis, which made them first. */
+static void forget_makers(struct study *study, const json_t *record)
+{
+    const json_t *parts = json_object_get(record, "parts");
+    const json_t *classifier = json_object_get(record, "classifier");
+
+    for (size_t i = 0; i < json_array_size(parts); i++) {
+        const json_t *part = json_array_get(parts, i);
+
+        forget_maker(study, record, json_object_get(part, "mean"));
+        forget_maker(study, record, json_object_get(json_object_get(part, "template"), "surface"));
+    }
+    forget_maker(study, record,
+                 json_object_get(json_object_get(classifier, "template"), "surface"));
+}
+
 static void add_of_model(struct study *study, const char *id)
 {
     struct store_model model;
@@ -137,6 +167,7 @@ static void add_of_model(struct study *study, const char *id)
         add_text(study, model.record ? model.record : "");
         study_add(study, model.mean);
         (void)json_object_del(study->makers, model.mean);
+        forget_makers(study, record);
         add_maker(study, id, json_object_get(json_object_get(record, "madeFrom"), "job"));
         json_decref(record);
         store_model_clear(&model);

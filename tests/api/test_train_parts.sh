@@ -239,6 +239,9 @@ refused train-parts '{"cohort":"known","weights":{"first":0}}' /inputs/weights '
 
 # ---- Away and back -------------------------------------------------------------------------------------
 
+curl -sf "$URL/v1/models/$NEAREST/export" >"$SCRATCH/nearest.zip"
+is "$(unzip -p "$SCRATCH/nearest.zip" srnfd-study.json | jq -c '[[.models[].id], [.jobs[].process | select(. != "encode")]]')" \
+    "[[\"$NEAREST\"],[\"train-parts\"]]" 'an export has one model, though another has the means of its parts too'
 curl -sf "$URL/v1/models/$MODEL/export" >"$SCRATCH/study.zip"
 predict "$MODEL" "\"parts\":$S15"
 PROBABILITIES=$(json '.predictions[0].probabilities | tojson')
