@@ -151,3 +151,60 @@ int srnf_covariates_inflation(size_t n, const size_t *subjects, const int *group
     srnf_free(basis);
     return SRNF_OK;
 }
+
+/* Adds column j to *kept orthonormal columns, the first of them the constant, if it says anything
+   that they do not. Returns the length it has left, of 1 about its mean. count: [n], scratch. */
+static double add_column(size_t n, size_t m, size_t j, const size_t *subjects, const double *values,
+                         double *count, double *basis, size_t *kept)
+{
+    double *column = basis + *kept * n, largest = 0.0, about_mean, left;
+
+    fill_column(n, m, j, subjects, NULL, values, count, column);
+    for (size_t i = 0; i < n; i++) {
+        largest = fmax(largest, fabs(column[i]));
+    }
+    scale(n, largest > 0.0 ? 1.0 / largest : 1.0, column);
+    about_mean = reduce(n, basis, 1, column);
+    left = reduce(n, basis, *kept, column);
+    if (!(about_mean > DEPENDENT) || !(left > DEPENDENT * about_mean)) {
+        return 0.0;
+    }
+    scale(n, 1.0 / left, column);
+    ++*kept;
+    return left / about_mean;
+}
+
+int srnf_term_inflation(size_t n, const size_t *subjects, size_t m, const double *values,
+                        const enum srnf_column *roles, double *inflation)
+{
+    size_t own = 1, all = 1, n_subjects = 0, freedom;
+    int status;
+    double *alone = columns(2 * m + 3, n, &status); /* its columns; the others, then its columns */
+    double *beside = alone ? alone + (m + 1) * n : NULL, *count = alone ? beside + (m + 1) * n : 0;
+    double lost = 0.0;
+
+    for (size_t i = 0; alone && i < n; i++) {
+        n_subjects += subjects[i] == i;
+    }
+    for (size_t i = 0; alone && i < n; i++) {
+        alone[i] = beside[i] = subjects[i] == i ? 1.0 / sqrt((double)n_subjects) : 0.0;
+    }
+    for (size_t j = 0; alone && j < m; j++) {
+        if (roles[j] == SRNF_COLUMN_BESIDE) {
+            (void)add_column(n, m, j, subjects, values, count, beside, &all);
+        }
+    }
+    for (size_t j = 0; alone && j < m; j++) {
+        double left = roles[j] == SRNF_COLUMN_OF_TERM
+                          ? add_column(n, m, j, subjects, values, count, alone, &own)
+                          : 0.0;
+
+        if (left > 0.0) {
+            lost += log(left / add_column(n, m, j, subjects, values, count, beside, &all));
+        }
+    }
+    freedom = own - 1;
+    *inflation = alone && freedom > 0 ? exp(2.0 * lost / (double)freedom) : 1.0;
+    srnf_free(alone);
+    return status;
+}

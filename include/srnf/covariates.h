@@ -46,6 +46,31 @@ SRNF_CHECKED int srnf_covariates_inflation(size_t n, const size_t *subjects, con
                                            size_t m, const double *covariates, double *inflation,
                                            size_t *closest);
 
+enum srnf_column {
+    SRNF_COLUMN_OUT = 0,
+    SRNF_COLUMN_OF_TERM,
+    SRNF_COLUMN_BESIDE,
+};
+
+/*
+ * Generalized variance inflation of a term of a linear model by columns beside it (J. Fox and G.
+ * Monette, "Generalized collinearity diagnostics", 1992): by so much the volume of the squared
+ * confidence region of its coefficients is larger than if the others were uncorrelated with it, to
+ * the power of 1 over their number; of one column the usual factor. How levels are coded does not
+ * matter, nor how far the columns beside follow each other. Members are averaged over their
+ * subjects.
+ *   subjects   [in]  [n] numbers below n; that of a subject is its first member's
+ *   values     [in]  double[n][m], columns without the constant
+ *   roles      [in]  [m] of each column; of several of the term that follow from each other those
+ *                    that do are left out
+ *   inflation  [out] at least 1 but for rounding, 1 of a term without columns; INFINITY where
+ *                    nothing is left of a column
+ * Cost: m^2 n. Errors: SRNF_EINVAL (n is 0), SRNF_ENOMEM.
+ */
+SRNF_CHECKED int srnf_term_inflation(size_t n, const size_t *subjects, size_t m,
+                                     const double *values, const enum srnf_column *roles,
+                                     double *inflation);
+
 #pragma GCC visibility pop
 #ifdef __cplusplus
 }

@@ -11,6 +11,7 @@
 
 #include "api/warnings.h"
 #include "toolkit/answers.h"
+#include "toolkit/collinearity.h"
 #include "toolkit/outliers.h"
 #include "toolkit/permutation_test.h"
 #include "toolkit/typicality.h"
@@ -440,6 +441,8 @@ json_t *regress_document(struct jobs_run *run, const struct regress *asked,
     mean_set_members(d.root, mean);
     warn_beyond(&d);
     outliers_warn_design(members->cohort, d.root);
+    collinearity_warn(warnings_of(d.root), d.design, &asked->design.design, members->n,
+                      members->subjects);
     warn_of_floors(&d);
     mean_warn_members(run, mean, d.root);
     typicality_warn_poses(warnings_of(d.root), &mean->outputs, members->subjects, NULL);

@@ -12,7 +12,6 @@
 #include "toolkit/group.h"
 
 #define NAMES_SHOWN 240
-#define INFLATION_WARNED 10.0 /* the usual rule of thumb */
 
 /* The names of all covariates that any member has, for a sentence. */
 static void list_names(const json_t *members, char text[NAMES_SHOWN])
@@ -206,7 +205,7 @@ void covariates_warn(json_t *warnings, const json_t *names, size_t n, const size
 
     if (m > 0 &&
         srnf_covariates_inflation(n, subjects, group, m, covariates, &inflation, &closest) == 0 &&
-        inflation >= INFLATION_WARNED && isfinite(inflation)) {
+        inflation >= COVARIATES_INFLATION_WARNED && isfinite(inflation)) {
         const char *name = json_string_value(json_array_get(names, closest));
 
         warning_add(

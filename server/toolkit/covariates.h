@@ -7,6 +7,8 @@
 
 #include "toolkit/table.h"
 
+#define COVARIATES_INFLATION_WARNED 10.0 /* the usual rule of thumb */
+
 /* The input covariates: an array of names, by default none; typed as a json_t *, owned. */
 extern const struct input_own covariates_names;
 

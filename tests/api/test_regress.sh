@@ -90,6 +90,36 @@ execute compare-groups '{"cohort":"codes","register":false,"permutations":9,"cov
 is "$STATUS $(json "$CODES")" '200 [["coded",4,999,2,true]]' 'whatever reads the covariate'
 like "$(json '.warnings[] | select(.code == "covariate-far") | .detail')" '^coded is 999 in 2 of 18 members, member 4 ' 'in words'
 
+# Terms that others all but tell, by the variance inflation of the textbook; never of one covariate among themselves.
+post_json /v1/cohorts "{\"name\":\"collinear\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value | .covariates.year =
+    2020 - .covariates.age + $i % 3)' <<<"$MEMBERS")}"
+collinear() {
+    execute regress "{\"cohort\":\"collinear\",\"register\":false,\"permutations\":9,\"bootstraps\":100,\"formula\":\"$1\"}"
+    FOUND=$(json '[.warnings[] | select(.code == "covariates-collinear") | .figures]')
+}
+collinear 'shape ~ age + treated + year'
+is "$STATUS $(jq -c 'map([.term, .covariate, .terms])' <<<"$FOUND")" '200 [["age","year",["age","year"]]]' \
+    'covariates of a formula that tell each other are warned of'
+INFLATION=$(python3 -c 'import json, sys
+rows = [m["covariates"] for m in json.load(sys.stdin)]
+columns = [[float(2020 - r["age"] + i % 3) for i, r in enumerate(rows)], [float(r["treated"]) for r in rows],
+           [float(r["age"]) for r in rows]]
+about = [[x - sum(c) / len(c) for x in c] for c in columns]
+for k, c in enumerate(about):
+    for b in about[:k]:
+        along = sum(x * y for x, y in zip(b, c)) / sum(x * x for x in b)
+        c[:] = [x - along * y for x, y in zip(c, b)]
+    if k < 2:
+        continue
+    age = [x - sum(columns[2]) / len(rows) for x in columns[2]]
+    print(sum(x * x for x in age) / sum(x * x for x in c))' <<<"$MEMBERS")
+compare "$(jq ".[0].inflation / $INFLATION - 1 | fabs" <<<"$FOUND")" '<' 1e-9 'with the inflation'
+compare "$(jq '.[0].inflation * .[0].tolerance - 1 | fabs' <<<"$FOUND")" '<' 1e-12 'and the tolerance'
+collinear 'shape ~ age * treated + I(age^2) + site'
+is "$STATUS $FOUND" '200 []' 'but not powers and products of one covariate'
+collinear 'shape ~ (age + year) * treated'
+is "$STATUS $(jq -c 'map([.term, .covariate])' <<<"$FOUND")" '200 [["age","year"]]' 'which hide nothing of others'
+
 # A covariate that is text though half of it are numbers.
 post_json /v1/cohorts "{\"name\":\"mixed\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value | .covariates += {
     stage: (if $i % 2 == 0 then "unclear" else "\($i / 2 | floor | . % 2)" end), years: (if $i < 6 then "unknown" else "\(40 + $i)" end)})' <<<"$MEMBERS")}"

@@ -57,6 +57,11 @@ is "$(json '.perSubject | max_by(.oddness | real) | [.subject, .percentile, .spe
     'the patient who grows fastest is the oddest'
 compare "$(json '.perSubject[9].speed | real')" '>' 3 'three times as fast as the others'
 
+cohort collinear 'map(.covariates.year = 2000 - 3 * .covariates.age + (.subject[1:] | tonumber) % 2)'
+run collinear ',"formula":"shape ~ age + year"' 9
+is "$STATUS $(json '[.warnings[] | select(.code == "covariates-collinear") | .figures | [.term, .covariate]] | tojson')" \
+    '200 [["age","year"]]' 'covariates of subjects that tell each other are warned of'
+
 cohort usual 'map(select(.subject != "s9" and .subject != "s8"))'
 run usual ',"formula":"shape ~ group","fields":true,"at":[{"time":60},{"time":62},{"time":60,"group":"patient"},{"time":62,"group":"patient"}]' 999
 is "$STATUS" 200 'by group'

@@ -449,6 +449,16 @@ static int run_inflation(void)
     return srnf_covariates_inflation(N, subjects, group, 1, values, &inflation, &closest);
 }
 
+static int run_term_inflation(void)
+{
+    static const double values[2 * N] = {1.0, 2.0, 4.0, 1.0, 0.0, 3.0};
+    static const size_t subjects[N] = {0, 1, 2};
+    static const enum srnf_column roles[2] = {SRNF_COLUMN_OF_TERM, SRNF_COLUMN_BESIDE};
+    double inflation;
+
+    return srnf_term_inflation(N, subjects, 2, values, roles, &inflation);
+}
+
 static int run_calibration(void)
 {
     struct srnf_calibration calibration = {0};
@@ -542,6 +552,7 @@ static void typicality_survives(void **state)
     refusing_sweep("members that stand out", run_members, EACH, 1);
     refusing_sweep("covariates that follow", run_covariates, EACH, 1);
     refusing_sweep("covariates that tell the groups", run_inflation, EACH, 1);
+    refusing_sweep("columns that tell a term", run_term_inflation, EACH, 1);
     refusing_sweep("pose angles", run_pose, EACH, 1);
     refusing_sweep("a value among others", run_typicality, EACH, 1);
     refusing_sweep("members among others", run_folds_typicality, EACH, 1);
