@@ -21,6 +21,7 @@ static const char *const codes[] = {
     "components-missing",
     "coordinates-coarse",
     "covariate-far",
+    "covariate-is-date",
     "covariate-is-label",
     "covariates-collinear",
     "duplicate-content",

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "api/warnings.h"
+#include "toolkit/dates.h"
 #include "toolkit/outliers.h"
 
 #define SPANS_APART 30.0  /* of the spans of subjects, next to each other in size */
@@ -286,6 +287,7 @@ void trajectories_warn(struct jobs_run *run, const struct trajectories *asked,
         }
     }
     if (d.first && d.values) {
+        (void)dates_warn("time", group->n, asked->times, d.warnings);
         warn_coincident(&d);
         warn_spans(&d);
         warn_exchanged(&d);

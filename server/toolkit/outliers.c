@@ -15,6 +15,7 @@
 #include "api/json_memory.h"
 #include "api/warnings.h"
 #include "toolkit/codes.h"
+#include "toolkit/dates.h"
 
 #define DEVIATIONS_FAR 10.0
 #define MEMBERS_MIN 5
@@ -72,7 +73,8 @@ static void judge(const json_t *cohort, const char *name, size_t n, double *valu
     double middle, deviation, most = 0.0;
     size_t far = 0, worst = 0;
 
-    if (warn_code(cohort, name, n, values, sorted, document)) {
+    if (dates_warn(name, n, values, warnings_of(document)) ||
+        warn_code(cohort, name, n, values, sorted, document)) {
         return;
     }
     memcpy(sorted, values, n * sizeof *sorted);

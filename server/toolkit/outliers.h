@@ -12,6 +12,7 @@
 /* Adds the warning covariate-far for each covariate that canonical inputs have of the members of a
    cohort, and of which one is a code for what is missing (toolkit/codes.h), or lies ten standard
    deviations from the median or more; these by the median deviation, so that no value hides itself.
+   Numbers that are dates (toolkit/dates.h) have covariate-is-date instead.
    A covariate of which more than half is the same has no such deviation, and is judged by codes
    alone. */
 void outliers_warn(const json_t *inputs, json_t *document);

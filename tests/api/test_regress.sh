@@ -120,6 +120,17 @@ is "$STATUS $FOUND" '200 []' 'but not powers and products of one covariate'
 collinear 'shape ~ (age + year) * treated'
 is "$STATUS $(jq -c 'map([.term, .covariate])' <<<"$FOUND")" '200 [["age","year"]]' 'which hide nothing of others'
 
+# Dates that are written as numbers; not where one of them is no day.
+post_json /v1/cohorts "{\"name\":\"dated\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value | .covariates += {
+    month: (201900 + $i % 5 * 100 + 1 + $i % 3),
+    volume: (20200229 + $i * 13 % 18 * 10000)})' <<<"$MEMBERS")}"
+execute regress '{"cohort":"dated","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ volume + month"}'
+is "$STATUS $(json '[.warnings[] | select(.code == "covariate-is-date") | .figures] | tojson')" \
+    '200 [{"covariate":"month","format":"YYYYMM","first":201901,"last":202303,"members":18}]' 'months as numbers are warned of'
+execute compare-groups '{"cohort":"dated","register":false,"permutations":9,"covariates":["age","month"]}'
+is "$STATUS $(json '[.warnings[] | select(.code == "covariate-is-date") | .figures.covariate] | tojson')" '200 ["month"]' \
+    'whatever takes them'
+
 # A covariate that is text though half of it are numbers.
 post_json /v1/cohorts "{\"name\":\"mixed\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value | .covariates += {
     stage: (if $i % 2 == 0 then "unclear" else "\($i / 2 | floor | . % 2)" end), years: (if $i < 6 then "unknown" else "\(40 + $i)" end)})' <<<"$MEMBERS")}"

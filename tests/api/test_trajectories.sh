@@ -57,6 +57,11 @@ is "$(json '.perSubject | max_by(.oddness | real) | [.subject, .percentile, .spe
     'the patient who grows fastest is the oddest'
 compare "$(json '.perSubject[9].speed | real')" '>' 3 'three times as fast as the others'
 
+cohort dated 'map(.time = 20200000 + (.time - 60) * 10000 + 228)'
+run dated '' 9
+is "$STATUS $(json '[.warnings[] | select(.code == "covariate-is-date") | .figures | [.covariate, .format, .first, .last]] | tojson')" \
+    '200 [["time","YYYYMMDD",20200228,20230228]]' 'times that are days as numbers are warned of'
+
 cohort collinear 'map(.covariates.year = 2000 - 3 * .covariates.age + (.subject[1:] | tonumber) % 2)'
 run collinear ',"formula":"shape ~ age + year"' 9
 is "$STATUS $(json '[.warnings[] | select(.code == "covariates-collinear") | .figures | [.term, .covariate]] | tojson')" \
