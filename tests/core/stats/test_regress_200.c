@@ -134,7 +134,7 @@ static bool any_pair(const struct srnf_regression *out)
     double least = 1.0;
 
     for (size_t k = TERMS; k < TESTS; k++) {
-        least = fmin(least, out->test_of[k].p_value);
+        least = compare_min(least, out->test_of[k].p_value);
     }
     return least * (double)PAIRS <= 0.05;
 }
