@@ -304,6 +304,8 @@ post_json() { # PATH JSON [CURL ARGUMENTS..]
 execute() { # PROCESS INPUTS [CURL ARGUMENTS..]
     local process=$1 inputs=$2
     shift 2
+    # Longer than the daemon waits by itself, so that a busy machine changes no status.
+    [ $# -gt 0 ] || set -- --header 'Prefer: wait=120'
     post_json "/v1/processes/$process/execution" "{\"inputs\":$inputs}" "$@"
 }
 
