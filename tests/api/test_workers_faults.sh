@@ -160,10 +160,11 @@ wait_server "$WORKER_PID" 20
 submit '[3,0,1]'
 : >"$WORKER_LOG"
 touch "$SCRATCH/far.damage"
-WORKER_URL=http://$NEAR start_worker --idle-seconds 2
+WORKER_URL=http://$NEAR start_worker --idle-seconds 60 # it may rest after the loss
 has_bits 'bytes of a surface are changed on their way to a worker: what is computed is the same'
 is "$(jq -Rr 'fromjson? | objects | select(.event == "task-failed") | .detail' "$WORKER_LOG")" \
     'what the task is about came damaged' 'since it has looked at them'
+kill -TERM "$WORKER_PID"
 wait_server "$WORKER_PID" 20
 
 # ---- A full disk at a worker ------------------------------------------------------------------------------
