@@ -224,7 +224,10 @@ static bool put_section(struct report_page *page, const char *id, struct report_
         (void)fputs("</section>", page->body);
     }
     if (good) {
-        report_methods_add(methods, &section.job, section.results, section.process);
+        const struct report_job job = {section.job.id, section.job.process,
+                                       section.job.finished_ms};
+
+        report_methods_add(methods, &job, section.results, section.process);
         (void)json_array_append_new(list, json_pack("{s:s, s:s, s:s}", "job", section.job.id,
                                                     "process", section.job.process, "name",
                                                     section.job.name ? section.job.name : ""));

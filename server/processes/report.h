@@ -8,7 +8,6 @@
 
 #include "api/handler.h"
 #include "api/respond.h"
-#include "store/job.h"
 #include "toolkit/table.h"
 
 #define REPORT_JOBS_MAX 20
@@ -99,8 +98,13 @@ struct report_methods {
 
 /* False without memory; to be closed in any case. */
 bool report_methods_open(struct report_methods *methods);
+/* The job that is told of. */
+struct report_job {
+    const char *id, *process;
+    int64_t finished_ms;
+};
 /* What a job did. process: NULL, of an older version. */
-void report_methods_add(struct report_methods *methods, const struct store_job *job,
+void report_methods_add(struct report_methods *methods, const struct report_job *job,
                         const json_t *results, const struct api_process *process);
 /* Writes them, unless out is NULL. False without memory. */
 bool report_methods_close(struct report_methods *methods, FILE *out);

@@ -158,7 +158,7 @@ static void put_told(FILE *out, const json_t *given)
 }
 
 /* A row of what repeats the job. */
-static void put_row(struct report_methods *methods, const struct store_job *job,
+static void put_row(struct report_methods *methods, const struct report_job *job,
                     const json_t *results)
 {
     const char *build = json_string_value(json_object_get(results, "numericBuild"));
@@ -190,7 +190,7 @@ bool report_methods_open(struct report_methods *methods)
     return methods->words && methods->details;
 }
 
-void report_methods_add(struct report_methods *methods, const struct store_job *job,
+void report_methods_add(struct report_methods *methods, const struct report_job *job,
                         const json_t *results, const struct api_process *process)
 {
     const json_t *given = json_object_get(results, "inputs");

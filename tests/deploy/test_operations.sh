@@ -16,7 +16,7 @@ sources() {
 # "request" is for refusals of single requests, whose codes are below; job-failed has the job's.
 events() {
     sources | grep -oE 'LOG_(WARN|ERROR)\("[a-z-]+"' | grep -oE '[a-z-]{3,}'
-    sed -n '/alarms\[\] = {/,/};/p' server/main.c | grep -oE '"[a-z-]+"' | tr -d '"'
+    sed -n '/alarms\[\] = {/,/};/p' server/main/service.c | grep -oE '"[a-z-]+"' | tr -d '"'
     sources | grep -oE 'compose\([^,]*, "(error|warn)", "[a-z-]+"' | sed 's/.*"\([a-z-]*\)"$/\1/'
     grep -oE '\\"event\\":\\"[a-z-]+' server/jobs/fault.c | sed 's/.*"//'
 }
