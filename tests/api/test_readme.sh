@@ -16,7 +16,7 @@ for name in L_thalamus L_putamen L_hippocampus; do
     post /v1/meshes --data-binary "@tests/data/aal_subcortex/$name.ply"
     json .id
 done >"$SCRATCH/meshes"
-execute distances "{\"surfaces\":$(jq -R . "$SCRATCH/meshes" | jq -sc .)}"
+post_json /v1/processes/distances/execution "{\"inputs\":{\"surfaces\":$(jq -R . "$SCRATCH/meshes" | jq -sc .)}}"
 is "$STATUS $(json .type)" '201 process' 'a job keeps the worker busy, and an execution does not wait for it'
 
 run_documents docs/reference.md README.md docs/security.md
