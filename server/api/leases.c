@@ -27,6 +27,7 @@
 
 #define WAIT_MAX 30.0 /* seconds that a request for a lease may wait */
 #define REASON_MAX 240
+#define BAR_DIGITS ((size_t)18)
 #define DIGEST_TEXT_MAX 64
 #define QUOTE_BEFORE 60 /* bytes of a text before what differs */
 
@@ -487,14 +488,14 @@ void workers_list(struct api_call *call)
 void workers_lift(struct api_call *call)
 {
     const char *text = call->parameters[0];
-    char *end;
-    long long number = strtoll(text, &end, 10);
+    size_t digits = strspn(text, "0123456789");
+    int64_t number = (int64_t)strtoll(text, NULL, 10);
 
-    if (*end || number < 1) {
+    if (digits == 0 || digits > BAR_DIGITS || text[digits]) {
         (void)problem_respond(call, "no-such-bar", "A bar is a number, as /v1/workers lists them.");
         return;
     }
-    if (jobs_bars_lift(call->api->config.jobs, (int64_t)number)) {
+    if (jobs_bars_lift(call->api->config.jobs, number)) {
         LOG("bar-lifted", log_number("bar", (double)number),
             log_text("by", call->request->caller.name));
     }

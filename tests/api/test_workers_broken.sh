@@ -160,6 +160,8 @@ is "$JOB_STATUS" successful 'asked again it is computed by another, whose result
 wait_server "$WORKER_PID" 20
 request DELETE /v1/workers/bars/1x
 is_problem 404 no-such-bar 'a bar is a number'
+request DELETE /v1/workers/bars/9999999999999999999
+is_problem 404 no-such-bar 'of 18 digits at most'
 request DELETE /v1/workers/bars/7
 get /v1/workers
 is "$(json '.bars | length')" 1 'another number lifts nothing'

@@ -1390,7 +1390,7 @@ export interface components {
                 cohort?: string | null;
                 surfaces?: string[];
                 contents?: string[];
-                mirrored?: boolean[];
+                mirrored?: boolean[] | null;
             };
             created: string;
             links: components["schemas"]["Links"];
@@ -1434,7 +1434,7 @@ export interface components {
                 cohort?: string | null;
                 surfaces?: string[];
                 contents?: string[];
-                mirrored?: boolean[];
+                mirrored?: boolean[] | null;
             };
             created: string;
             links: components["schemas"]["Links"];
