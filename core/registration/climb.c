@@ -320,9 +320,36 @@ static int climb_pulled(struct climb *c, struct search_result *result)
 
 /* ---- Driver ---------------------------------------------------------------------------------- */
 
+/* What the cloud tells, or, where that counts, what the surface itself does. */
+static int tell(const struct climb *c, struct search_result *result)
+{
+    const struct search *s = c->search;
+
+    cloud_to(&c->cloud, s->full.target.n, result->warp.points, result->warp.jacobian);
+    memcpy(result->warp.rotation, c->cloud.rotation, sizeof result->warp.rotation);
+    result->warp.energy = c->cloud.energy;
+    result->warp.objective = c->cloud.objective;
+    return s->basin || (s->chain && !s->landmarks && c->cloud.energy >= DIRECT_ENERGY)
+               ? SRNF_OK
+               : search_measure(s, &result->warp);
+}
+
+int climb_still_energy(const struct search *s, double *energy)
+{
+    struct climb c = {.search = s};
+    int status = open_climb(&c);
+
+    if (status == SRNF_OK) {
+        cloud_rotate(&c.cloud, &c.target, identity);
+        measure(&c, &s->subject->full);
+        *energy = c.cloud.energy;
+    }
+    close_climb(&c);
+    return status;
+}
+
 int climb_run(const struct search *s, size_t from, bool replayed, struct search_result *result)
 {
-    size_t n = s->full.target.n;
     size_t degree = s->options->degree;
     size_t basin = degree < BASIN_DEGREE ? degree : BASIN_DEGREE;
     /* Landmarks follow steps of the moving surface's domain alone. */
@@ -332,7 +359,7 @@ int climb_run(const struct search *s, size_t from, bool replayed, struct search_
     int status = open_climb(&c);
 
     if (status == SRNF_OK && replayed) {
-        cloud_from(&c.cloud, &c.target, n, result->warp.points, result->warp.jacobian);
+        cloud_from(&c.cloud, &c.target, s->full.target.n, result->warp.points, result->warp.jacobian);
         measure(&c, &s->subject->full);
     } else if (status == SRNF_OK && rounds == 0) {
         cloud_rotate(&c.cloud, &c.target, identity);
@@ -350,11 +377,7 @@ int climb_run(const struct search *s, size_t from, bool replayed, struct search_
         }
         gain = 1.0 - c.cloud.objective / before;
     }
-    if (status == SRNF_OK) {
-        cloud_to(&c.cloud, n, result->warp.points, result->warp.jacobian);
-        result->warp.energy = c.cloud.energy;
-        result->warp.objective = c.cloud.objective;
-    }
+    status = status ? status : tell(&c, result);
     close_climb(&c);
-    return status || s->basin ? status : search_measure(s, &result->warp);
+    return status;
 }

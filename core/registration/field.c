@@ -50,6 +50,7 @@ int registration_to_field(const struct srnf_sht *sht, const double *field, doubl
     }
     status = search_create(&search, sht, field, NULL, moving, options, NULL, context);
     if (status == SRNF_OK) {
+        search.chain = true;
         if (norm2 != 0.0) {
             search.full.target.norm2 = norm2;
         }

@@ -263,6 +263,7 @@ struct search {
     struct subject *own;               /* the same, where they were made for this search */
     size_t rounds;                     /* of steps in both domains in turn, at most */
     bool basin;                        /* by tables: no further than where the basin is known */
+    bool chain;                        /* nothing but the chain and the rotation is asked for */
     struct landmark_search *landmarks; /* landmarks.h; NULL: none, as search_create leaves it */
     double *template_series;           /* double[3][(L+1)^2]: harmonics of q1 */
     double *full_memory;               /* of the target */

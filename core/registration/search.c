@@ -21,7 +21,6 @@
 #define NODES_PER_DEGREE ((size_t)4) /* rows of the full grid to a degree of the fields */
 #define FINE_ROWS_MIN ((size_t)36)
 #define FINE_ROWS_MAX ((size_t)96)
-#define DIRECT_ENERGY 1e-4 /* below it two surfaces may be the same, and errors of tables count */
 #define BASIN_DEGREE ((size_t)8) /* of the fields that the tournament ends with */
 #define ROUGH_DEGREE ((size_t)2) /* of the first steps from a rotation that is not refined */
 #define ROUGH_STEPS ((size_t)5)
@@ -563,16 +562,30 @@ static int from_basin(const struct search *s, bool still, struct search_result *
 
 /* Whether coarse grids are good for the first steps from the identity: not where little is left,
    nor where landmarks or a low degree are asked for. */
-static bool starts_coarsely(const struct search *s, const struct search_result *result)
+static int starts_coarsely(const struct search *s, bool *coarsely)
 {
-    return !s->landmarks && search_refits(s) && result->warp.energy >= DIRECT_ENERGY;
+    double energy = 0.0;
+    int status = SRNF_OK;
+
+    *coarsely = s->options->reparameterization && !s->landmarks && search_refits(s);
+    if (*coarsely) {
+        status = climb_still_energy(s, &energy);
+        *coarsely = energy >= DIRECT_ENERGY;
+    }
+    return status;
 }
 
-static int from_still(const struct search *s, struct search_result *result)
+/* From the identity, or from the best rotation. */
+static int from_rigid(const struct search *s, bool still, struct search_result *result)
 {
-    search_result_clear(result);
-    *result = (struct search_result){0};
-    return from_basin(s, true, result);
+    int status = still ? warp_create(&result->warp, &s->full.target) : rigid(s, result);
+
+    status = status ? status : search_measure(s, &result->warp);
+    if (status == SRNF_OK && s->options->reparameterization) {
+        srnf_report_progress(s->context, 0.6, "warping");
+        status = climb(s, 0, true, result);
+    }
+    return status;
 }
 
 /* From what the options say. */
@@ -580,19 +593,12 @@ static int run_once(const struct search *s, struct search_result *result)
 {
     const struct srnf_register_options *o = s->options;
     bool still = o->common_pose || o->start == SRNF_START_IDENTITY;
-    int status;
+    bool basin = !still && o->start != SRNF_START_RIGID && o->reparameterization;
+    int status = still ? starts_coarsely(s, &basin) : SRNF_OK;
 
     *result = (struct search_result){0};
-    if (!still && o->start != SRNF_START_RIGID && o->reparameterization) {
-        status = from_basin(s, false, result);
-    } else {
-        status = still ? warp_create(&result->warp, &s->full.target) : rigid(s, result);
-        status = status ? status : search_measure(s, &result->warp);
-        if (status == SRNF_OK && o->reparameterization) {
-            srnf_report_progress(s->context, 0.6, "warping");
-            status = still && starts_coarsely(s, result) ? from_still(s, result)
-                                                         : climb(s, 0, true, result);
-        }
+    if (status == SRNF_OK) {
+        status = basin ? from_basin(s, still, result) : from_rigid(s, still, result);
     }
     if (status) {
         search_result_clear(result);

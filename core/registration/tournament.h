@@ -7,6 +7,7 @@
 
 #include "tabulated.h"
 
+#define DIRECT_ENERGY 1e-4 /* below it two surfaces may be the same, and errors of tables count */
 #define MATRIX_DEGREE ((size_t)12) /* up to it one matrix serves all degrees of fields */
 
 /* Rows of the grid, degrees of the surfaces and of the fields, rows of the fields' tables, steps,
@@ -55,10 +56,13 @@ SRNF_CHECKED int warp_refit(const struct tabulated_problem *problem, const struc
                             size_t degree, double worse, struct cloud *cloud, struct cloud *spare,
                             struct srnf_warp *chain);
 
+/* The relative energy of the identity, by tables. */
+SRNF_CHECKED int climb_still_energy(const struct search *search, double *energy);
+
 /* Fields of rising degree on the full grid, all rungs above `from`. The points of result->warp are
    those of its chain, or, where replayed is false, are made from it: its fields are of the degree
-   of a basin then. The objective is measured
-   directly in the end. */
+   of a basin then. The objective is measured directly in the end, unless the chain alone is asked
+   for and there is too much left for errors of tables to count. */
 SRNF_CHECKED int climb_run(const struct search *search, size_t from, bool replayed,
                            struct search_result *result);
 
