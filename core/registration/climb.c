@@ -359,7 +359,8 @@ int climb_run(const struct search *s, size_t from, bool replayed, struct search_
     int status = open_climb(&c);
 
     if (status == SRNF_OK && replayed) {
-        cloud_from(&c.cloud, &c.target, s->full.target.n, result->warp.points, result->warp.jacobian);
+        cloud_from(&c.cloud, &c.target, s->full.target.n, result->warp.points,
+                   result->warp.jacobian);
         measure(&c, &s->subject->full);
     } else if (status == SRNF_OK && rounds == 0) {
         cloud_rotate(&c.cloud, &c.target, identity);

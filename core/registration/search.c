@@ -396,6 +396,22 @@ static int refine_starts(const struct search *s, size_t count, struct start_rota
     return status;
 }
 
+/* On the full grid: by the table, then by the surface itself, which has little left to do. */
+static int refine_best(const struct search *s, struct start_rotation *best, double *curvature)
+{
+    struct moving moving = {.representation = s->options->representation,
+                            .table = &s->subject->full};
+    struct problem problem = s->full;
+    int status = SRNF_OK;
+
+    moving.plan.points.context = s->context;
+    problem.moving = &moving;
+    if (!s->options->exact && best->energy >= DIRECT_ENERGY) {
+        status = registration_rigid(&problem, best, NULL);
+    }
+    return status ? status : registration_rigid(&s->full, best, curvature);
+}
+
 static int rigid(const struct search *s, struct search_result *result)
 {
     struct start_rotation starts[RIGID_REFINED];
@@ -425,7 +441,7 @@ static int rigid(const struct search *s, struct search_result *result)
         }
     }
     if (status == SRNF_OK) {
-        status = registration_rigid(&s->full, &starts[best], &result->rotational_curvature);
+        status = refine_best(s, &starts[best], &result->rotational_curvature);
         result->rotations_searched = true;
     }
     if (status == SRNF_OK) {

@@ -44,7 +44,7 @@ int subject_create(struct subject *s, const struct srnf_sht *sht, const double *
     int status = SRNF_OK;
 
     *s = (struct subject){.top = options->degree < MATRIX_DEGREE ? options->degree : MATRIX_DEGREE};
-    if (options->reparameterization) {
+    if (options->reparameterization || !still) {
         status = tabulated_moving_create(&s->full, options->representation, degree, coefficients,
                                          degree, FULL_ORDER, FULL_FINENESS);
     }
