@@ -31,17 +31,33 @@ void jobs_remotes_destroy(struct jobs_remotes *remotes)
     free(remotes->list);
 }
 
-/* Lets go of those without a sign of late. The mutex is held. */
+size_t jobs_remote_leased(const struct jobs_remote_state *state)
+{
+    size_t leased = 0;
+
+    for (size_t k = 0; k < TASKS_KINDS_MAX; k++) {
+        leased += state->of[k].leased;
+    }
+    return leased;
+}
+
+/* Whether nothing is expected of it any more: it has no lease, does not live, and was silent for
+   long. A lease may hold for longer than that. */
+static bool is_gone(const struct jobs_remote_state *state, double now)
+{
+    return jobs_remote_leased(state) == 0 && now >= state->until &&
+           now - state->last >= JOBS_REMOTE_SECONDS;
+}
+
+/* Lets go of those that are gone. The mutex is held. */
 static void forget(struct jobs_remotes *remotes)
 {
     double now = clock_now();
     size_t left = 0;
 
     for (size_t i = 0; i < remotes->count; i++) {
-        const struct jobs_remote_state *state = &remotes->list[i];
-
-        if (now - state->last < JOBS_REMOTE_SECONDS) {
-            remotes->list[left++] = *state;
+        if (!is_gone(&remotes->list[i], now)) {
+            remotes->list[left++] = remotes->list[i];
         }
     }
     remotes->count = left;
@@ -55,16 +71,6 @@ static struct jobs_remote_state *find(struct jobs_remotes *remotes, const char *
         }
     }
     return NULL;
-}
-
-size_t jobs_remote_leased(const struct jobs_remote_state *state)
-{
-    size_t leased = 0;
-
-    for (size_t k = 0; k < TASKS_KINDS_MAX; k++) {
-        leased += state->of[k].leased;
-    }
-    return leased;
 }
 
 static bool has_worked(const struct jobs_remote_state *state)

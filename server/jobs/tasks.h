@@ -21,7 +21,7 @@
 #define JOBS_WHO_SIZE 33          /* of a worker: digest of its name and token, and a zero */
 #define JOBS_REMOTE_NAME_MAX 64   /* bytes of what a worker tells of itself, with the zero */
 #define JOBS_REMOTES_MAX 2048     /* workers that are remembered */
-#define JOBS_REMOTE_SECONDS 120.0 /* after the last sign of a worker, until it is forgotten */
+#define JOBS_REMOTE_SECONDS 120.0 /* of silence, until one without a lease is forgotten */
 
 /* ---- The job's side (rounds.c) --------------------------------------------------------------- */
 

@@ -15,6 +15,7 @@
 
 #include "clock.h"
 #include "engine.h"
+#include "jobs/internal.h"
 #include "jobs/submit.h"
 #include "jobs/tasks.h"
 #include "store/job.h"
@@ -314,6 +315,55 @@ static void workers_of_before_a_restart_count_as_alive(void **state)
     assert_int_equal(demand.alive, 1);
 }
 
+/* As if so many seconds had passed since the last sign of any worker. */
+static void let_pass(struct world *world, double seconds)
+{
+    struct jobs_remotes *remotes = &world->engine.jobs->remotes;
+
+    pthread_mutex_lock(&remotes->mutex);
+    for (size_t i = 0; i < remotes->count; i++) {
+        remotes->list[i].last -= seconds;
+        remotes->list[i].until -= seconds;
+    }
+    pthread_mutex_unlock(&remotes->mutex);
+}
+
+static void are_known(struct world *world, size_t workers, size_t leased)
+{
+    size_t got[2];
+
+    jobs_remotes_count(world->engine.jobs, &got[0], &got[1]);
+    assert_int_equal(got[0], workers);
+    assert_int_equal(got[1], leased);
+}
+
+/* Leases may hold for longer than the time after which a silent worker is forgotten; then what it
+   loses is still its loss. */
+static void a_worker_is_known_for_as_long_as_its_lease_holds(void **state)
+{
+    struct world *world = *state;
+    struct jobs_remote worker = remote;
+    struct jobs_demand demand;
+    struct jobs_lease got;
+    const struct jobs_proof proof = {.secret = got.secret, .owner = "", .job = worker.job};
+
+    begin(world, 300.0);
+    await_demand(world, &demand);
+    lease_as_pilot(world, &worker, demand.job, &got);
+    let_pass(world, 200.0);
+    are_known(world, 1, 1);
+    await_demand(world, &demand);
+    assert_int_equal(demand.alive, 1);
+    let_pass(world, 200.0); /* it is taken for dead, but the store has not yet lost the lease */
+    are_known(world, 1, 1);
+    await_demand(world, &demand);
+    assert_int_equal(demand.alive, 0);
+    assert_int_equal(jobs_lease_give_back(world->engine.jobs, got.task, &proof, "no room", false),
+                     STORE_OK);
+    assert_int_equal(world->engine.jobs->remotes.list[0].losses, 1);
+    are_known(world, 0, 0);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, engine_teardown)
 
 int main(void)
@@ -324,6 +374,7 @@ int main(void)
         TEST(workers_are_told_of_a_task_whose_result_was_none),
         TEST(heartbeats_keep_a_worker_alive),
         TEST(workers_of_before_a_restart_count_as_alive),
+        TEST(a_worker_is_known_for_as_long_as_its_lease_holds),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
