@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# bench_permutations.sh - seconds of a processor that ten thousand permutations take, which the daemon
-# computes itself, beside the registrations that come before them: whether it would pay to give them to workers. MEMBERS=40
-# scans.
+# bench_permutations.sh - seconds of a processor that ten thousand permutations, or samples of a bootstrap, take, which the
+# daemon computes itself, beside the registrations that come before them: whether it would pay to give them to workers.
+# MEMBERS=40 scans.
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
@@ -33,11 +33,20 @@ for name in L_thalamus L_caudate; do
     IDS+=("$(json .surface.id)")
 done
 make_cohort "$(shapes_between "$MEMBERS" "${IDS[@]}")"
-printf '\n%d scans of %d subjects at degree 15\n%16s %14s %10s\n' "$MEMBERS" $((MEMBERS / 2)) process permutations 'cpu s'
-for process in compare-groups change; do
-    for permutations in 1 9999; do
-        printf '%16s %14d %10s\n' "$process" "$permutations" \
-            "$(seconds_of "$process" "{\"cohort\":\"shapes\",\"permutations\":$permutations}")"
-    done
+printf '\n%d scans of %d subjects at degree 15\n%16s %14s %12s %10s\n' "$MEMBERS" $((MEMBERS / 2)) process permutations \
+    bootstraps 'cpu s'
+row() { # PROCESS PERMUTATIONS BOOTSTRAPS [INPUTS]
+    printf '%16s %14d %12s %10s\n' "$1" "$2" "$3" \
+        "$(seconds_of "$1" "{\"cohort\":\"shapes\",\"permutations\":$2${4-}$([ "$3" = - ] || echo ",\"bootstraps\":$3")}")"
+}
+row compare-groups 1 -
+row compare-groups 9999 -
+for few in '1 100' '9999 100' '1 10000'; do
+    # shellcheck disable=SC2086
+    row change $few
+    # shellcheck disable=SC2086
+    row regress $few ',"formula":"shape ~ label"'
+    # shellcheck disable=SC2086
+    row trajectories $few
 done
 stop_server
