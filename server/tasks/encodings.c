@@ -302,6 +302,20 @@ static int append_surface(struct tasks_bytes *result, const struct srnf_encoded 
     return SRNF_OK;
 }
 
+/* Whether the numbers can be those of a surface: only what distorts a map may have no bound. */
+static bool is_surface(const unsigned char *at)
+{
+    bool good = tasks_get(at) == SRNF_OK && tasks_get(at + 8 * FOUND_DEGREE) <= TASKS_DEGREE_MAX &&
+                tasks_get(at + 8 * FOUND_ROUTE) <= SRNF_PARAMETERIZATION_GIVEN &&
+                tasks_get(at + 8 * FOUND_STAR) <= 1 && tasks_is_sentence(at + FOUND_SIZE, SENTENCE);
+
+    for (size_t i = FOUND_REALS; i < FOUNDS && good; i++) {
+        good = i == FOUND_DIRICHLET || i == FOUND_AREA_DEVIATION ||
+               isfinite(tasks_get_double(at + 8 * i));
+    }
+    return good;
+}
+
 static void get_surface(const unsigned char *at, struct srnf_encoded *e)
 {
     double fit[4];
@@ -343,15 +357,16 @@ static int read_one(const unsigned char **at, const unsigned char *end, bool tak
 
     *found = (struct tasks_encoded){.status = SRNF_OK};
     if (left >= FAILED_SIZE && is_result((int64_t)tasks_get(*at))) {
+        if (!tasks_is_sentence(*at + 16, SENTENCE)) {
+            return SRNF_EINVAL;
+        }
         found->status = found->error.status = (int)(int64_t)tasks_get(*at);
         found->error.element = (int64_t)tasks_get(*at + 8);
         memcpy(found->error.message, *at + 16, SENTENCE - 1);
         *at += FAILED_SIZE;
         return SRNF_OK;
     }
-    if (left < FOUND_SIZE + SENTENCE || tasks_get(*at) != 0 ||
-        tasks_get(*at + 8 * FOUND_DEGREE) > TASKS_DEGREE_MAX ||
-        tasks_get(*at + 8 * FOUND_ROUTE) > SRNF_PARAMETERIZATION_GIVEN) {
+    if (left < FOUND_SIZE + SENTENCE || !is_surface(*at)) {
         return SRNF_EINVAL;
     }
     found->encoded.degree = (size_t)tasks_get(*at + 8 * FOUND_DEGREE);

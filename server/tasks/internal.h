@@ -1,5 +1,5 @@
 /*
- * internal.h - what the kinds of tasks share: their numbers as bytes.
+ * internal.h - what the kinds of tasks share: their numbers and sentences as bytes.
  */
 #ifndef SRNFD_TASKS_INTERNAL_H
 #define SRNFD_TASKS_INTERNAL_H
@@ -15,6 +15,8 @@ void tasks_put_double(unsigned char bytes[8], double value);
 double tasks_get_double(const unsigned char bytes[8]);
 /* False: one of them is not finite, and some are read. */
 bool tasks_get_doubles(const unsigned char *bytes, size_t count, double *values);
+/* Whether the bytes are a sentence as the core makes them: printable ASCII, and zeros behind it. */
+bool tasks_is_sentence(const unsigned char *bytes, size_t size);
 
 /* The options of a registration (options.c). */
 #define TASKS_OPTIONS_SIZE 96

@@ -1,6 +1,6 @@
 /*
  * numbers.c - the numbers of tasks as bytes: eight each, least significant first, whatever the
- * machine.
+ * machine; and which bytes are a sentence.
  */
 #include "tasks/internal.h"
 
@@ -57,4 +57,19 @@ bool tasks_get_doubles(const unsigned char *bytes, size_t count, double *values)
         finite = finite && isfinite(values[i]);
     }
     return finite;
+}
+
+bool tasks_is_sentence(const unsigned char *bytes, size_t size)
+{
+    size_t length = 0;
+
+    while (length < size && bytes[length] >= ' ' && bytes[length] <= '~') {
+        length++;
+    }
+    for (size_t i = length; i < size; i++) {
+        if (bytes[i] != 0) {
+            return false;
+        }
+    }
+    return length < size;
 }

@@ -196,7 +196,7 @@ static int append_failure(struct tasks_bytes *result, const struct srnf_error *w
 static int read_failure(const unsigned char **at, const unsigned char *end, struct srnf_error *why)
 {
     if ((size_t)(end - *at) < 16 + SENTENCE || tasks_get(*at + 8) >= SRNF_LANDMARKS_MAX ||
-        (*at)[16 + SENTENCE - 1] != 0) {
+        !tasks_is_sentence(*at + 16, SENTENCE)) {
         return SRNF_EINVAL;
     }
     *why = (struct srnf_error){.status = SRNF_EUNMATCHED, .element = (int64_t)tasks_get(*at + 8)};

@@ -15,6 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define FIGURES (8 * (size_t)27) /* bytes before the sentence of a surface */
+#define SENTENCE ((size_t)240)
 #define N ((size_t)3) /* by area, by star, and one that cannot be: by a centre outside */
 
 struct world {
@@ -221,6 +223,47 @@ static void what_is_no_result_is_told(void **state)
     free(result.bytes);
 }
 
+/* Figures that no surface has go into records, and sentences into answers. */
+static void figures_and_sentences_are_looked_at(void **state)
+{
+    const struct world *world = *state;
+    struct tasks_bytes inputs = inputs_of(world), result = run(world, &inputs);
+    const double wrong[] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
+    unsigned char *sentences[] = {result.bytes + FIGURES, result.bytes + result.size - SENTENCE};
+    static const unsigned char bytes[] = {0xff, 0x01, '\n', 0x7f};
+
+    for (size_t at = 8 * 5; at < FIGURES; at += 8) {
+        bool of_the_map = at == 8 * (size_t)14 || at == 8 * (size_t)15; /* how it is distorted */
+        double kept = tasks_get_double(result.bytes + at);
+
+        for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
+            tasks_put_double(result.bytes + at, wrong[k]);
+            assert_int_equal(
+                world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size),
+                of_the_map);
+        }
+        tasks_put_double(result.bytes + at, kept);
+    }
+    tasks_put(result.bytes + 8 * 3, 2); /* neither a star nor none */
+    assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+    tasks_put(result.bytes + 8 * 3, 1);
+    for (size_t i = 0; i < 2; i++) {
+        for (size_t k = 0; k < SENTENCE; k += SENTENCE - 1) { /* in it, and behind it */
+            unsigned char kept = sentences[i][k];
+
+            for (size_t b = 0; b < sizeof bytes; b++) {
+                sentences[i][k] = bytes[b];
+                assert_false(
+                    world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+            }
+            sentences[i][k] = kept;
+        }
+    }
+    assert_true(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+    free(inputs.bytes);
+    free(result.bytes);
+}
+
 static bool stops(void *user)
 {
     (void)user;
@@ -248,6 +291,7 @@ int main(void)
         TEST(bits_are_those_of_the_encoding),
         TEST(what_is_no_task_is_refused),
         TEST(what_is_no_result_is_told),
+        TEST(figures_and_sentences_are_looked_at),
         TEST(a_task_that_is_stopped_yields_nothing),
     };
 
