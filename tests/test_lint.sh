@@ -48,7 +48,9 @@ echo "/* $(printf '%93s' x)ä */" | file core/harmonics/bad.c
 clean columns
 rm "$COPY/core/harmonics/bad.c"
 cp -r core/memory.c core/internal.h "$COPY/core"
+mkdir "$COPY/docs"
 cp -r include "$COPY"
+cp -r docs/man "$COPY/docs"
 
 marked() { # NAME MARKER..: a test of that name
     local name=$1
@@ -203,6 +205,8 @@ echo 'size_t needs_a_type(int x);' | file include/srnf/x.h
 finds headers 'include/srnf/x.h:1: does not compile alone as c:' 'a header that needs another is found'
 echo 'int new;' | file include/srnf/x.h
 finds headers 'include/srnf/x.h:1: does not compile alone as c..:' 'a header that C++ does not take is found'
+echo 'int x;' | file include/srnf/x.h
+finds headers 'include/srnf/x.h:1: docs/man/srnf.3 does not name it' 'a header that the manual does not name is found'
 rm "$COPY/include/srnf/x.h"
 
 # The core's objects: a statement in one function, and what the check says of the call it makes.

@@ -134,10 +134,12 @@ check_refusals() {
         done
 }
 
-# Every public header compiles by itself, as C and as C++.
+# Every public header compiles by itself, as C and as C++, and srnf(3) names it.
 check_headers() {
     local header language
     for header in $(files 'include/*.h'); do
+        grep -qF "${header#include/}" docs/man/srnf.3 ||
+            echo "$header:1: docs/man/srnf.3 does not name it"
         for language in c c++; do
             echo "#include \"${header#include/}\"" |
                 gcc -x $language -Wall -Wextra -Wpedantic -Werror -Iinclude -fsyntax-only - 2>"$SCRATCH/compiled" ||
