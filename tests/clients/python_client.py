@@ -334,6 +334,8 @@ class Labels(unittest.TestCase):
         self.assertEqual([stem(m.path) for m in found], ["a", "b", "lh.pial"])
         found = self.read("file\tparticipant_id\na.ply\tsub-1\nb\tsub-1\nlh.pial\tsub-2\n")
         self.assertEqual([m.subject for m in found], ["sub-1", "sub-1", "sub-2"])
+        found = self.read("file;age;share\na.ply;41,5;0.125\nb;42;1.5\nlh.pial;40;0.250\n")
+        self.assertEqual([m.covariates["share"] for m in found], [0.125, 1.5, 0.25])
 
     def test_wrong(self):
         """what is wrong in a table is said with its line and what to do"""
@@ -352,6 +354,11 @@ class Labels(unittest.TestCase):
             ("file,label\na.ply,x,3\nb,y\nlh.pial\n", r"(?s)line 2: 3 cells.*line 4: 1 cell"),
             ("", "is empty"),
             ("file\n", "no rows"),
+            ('file,age\na.ply,"1,5"\nb,"2,5"\nlh.pial,3\n', "column age has commas in its numbers.*separated by commas"),
+            ("file;age\na.ply;1,5\nb;2.5\nlh.pial;3\n", "column age has numbers with points and with commas"),
+            ("file;age;mass\na.ply;41,5;950\nb;42;1.200\nlh.pial;40;1.100\n",
+             "'1.200' of column mass can be two numbers, since column age has '41,5'"),
+            ("file\tage\tmass\na.ply\t41.5\t950\nb\t42\t1,200\nlh.pial\t40\t\n", "'1,200' of column mass can be two numbers"),
         ):
             with self.assertRaisesRegex(srnf.InputError, message):
                 self.read(text)

@@ -3,7 +3,8 @@
 CSV or TSV with the columns that ``POST /v1/imports`` has: ``file``, and where they are known ``label``, ``subject``,
 ``time`` (a number), ``side`` (left or right), ``mirror`` (true or false). Every other column is a covariate. Cells are
 separated by commas, semicolons or tabs, whichever the first line has most of; decimal commas are read between
-semicolons and tabs. Empty cells, NA, N/A and NaN say nothing.
+semicolons and tabs, and a number that can be two, as ``1.200`` in a table that has ``41,5``, is refused. Empty cells,
+NA, N/A and NaN say nothing.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import csv
 import difflib
 import math
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Optional, Sequence, Union
@@ -27,6 +29,9 @@ _NOTHING = frozenset({"", "na", "n/a", "nan"})
 _TRUTHS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 #: Faults of a table that are told.
 _TOLD = 20
+#: Numbers as they are read, with a decimal point or comma, and those whose mark can stand between thousands.
+_DECIMAL = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?")
+_GROUPED = {mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(\{mark}\d{{3}})+") for mark in ".,"}
 _OWN = ("file", "label", "subject", "time", "side", "mirror")
 
 Value = Union[str, float, bool]
@@ -182,6 +187,7 @@ def read_members(
     if label_column is not None:
         _choose_label(rows, label_column, labels)
     kinds = {n: _kind([r[n] for r in rows], rows[0]["mark"]) for n in rows[0] if n not in (*_OWN, "", "mark")}
+    _refuse_marks({name: [row[name] for row in rows if _said(row[name]) is not None] for name in kinds}, rows, labels)
     members: list[Member] = []
     seen: dict[Path, str] = {}
     wrong: list[str] = []
@@ -203,6 +209,33 @@ def read_members(
         )
     _refuse(wrong)
     return members
+
+
+def _refuse_marks(columns: dict[str, list[str]], rows: Sequence[dict[str, str]], file: Path) -> None:
+    """Refuses numbers that can be two, as the service does."""
+    marked: dict[str, dict[str, list[str]]] = {".": {}, ",": {}}
+    for name, cells in columns.items():
+        if not all(_DECIMAL.fullmatch(cell) for cell in cells):
+            continue
+        for mark, found in marked.items():
+            if any(mark in cell for cell in cells):
+                found[name] = [cell for cell in cells if mark in cell]
+    for name in marked[","]:
+        if name in marked["."]:
+            raise InputError(f"The table {file}: column {name} has numbers with points and with commas")
+        if rows[0]["mark"] == ",":
+            raise InputError(
+                f"The table {file}: column {name} has commas in its numbers, and the table is separated by commas;"
+                " write decimals with points"
+            )
+    for mark, other in ((".", ","), (",", ".")):
+        for name, cells in marked[mark].items():
+            if marked[other] and all(_GROUPED[mark].fullmatch(cell) for cell in cells):
+                beside, there = next(iter(marked[other].items()))
+                raise InputError(
+                    f"The table {file}: {cells[0]!r} of column {name} can be two numbers, since column {beside} has"
+                    f" {there[0]!r}; write all numbers with the same decimal mark, and thousands without one"
+                )
 
 
 def _find(row: dict[str, str], files: Sequence[Path], folder: Path) -> Path:
