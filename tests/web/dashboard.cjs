@@ -121,6 +121,34 @@ async function main() {
         const shown = Number(/relative energy ([0-9.e-]+)\)/.exec(said)[1]);
         return (answers.length === 1 && Math.abs(shown / energy - 1) < 0.06) || `${answers.length}, ${shown}, ${energy}`;
     });
+    await step('the address has what is shown, and a link to it shows the same', async () => {
+        const steps = await page.evaluate(() => history.length);
+        await page.focus('figure.shape canvas');
+        await page.keyboard.press('ArrowLeft');
+        const seen = (of) => of.evaluate(() => [document.querySelector('figure.shape figcaption').textContent.replace(/PicturePixels.*/, ''), document.querySelector('figure.shape canvas').toDataURL(),
+            document.querySelector('.chart g[aria-pressed=true]')?.getAttribute('aria-label')]);
+        await page.waitForFunction(() => /sd=1:2,2:-1.5/.test(location.hash) && /view=/.test(location.hash) && /chosen=0/.test(location.hash));
+        if (await page.evaluate(() => history.length) !== steps) return 'the history has grown';
+        const address = page.url();
+        await page.reload();
+        await waitText(page, 'Computed exactly: ');
+        const was = await seen(page);
+        const { page: other, found: wrong } = await open(browser, 'about:blank');
+        await other.goto(address);
+        await waitText(other, 'Computed exactly: ');
+        const same = JSON.stringify(await seen(other)) === JSON.stringify(was);
+        // What no view can show is passed over, one by one and together.
+        const bad = ['', 'x', '-1', '1e999', 'NaN', '0,0,0,0,0', '1:9,99:1,x:2', '%', '%00', '<b>', '9'.repeat(3000)];
+        for (const value of bad) {
+            const query = ['sd', 'sliders', 'far', 'across', 'up', 'chosen', 'view'].map((name) => `${name}=${value === '%' ? '%' : encodeURIComponent(value)}`).join('&');
+            await other.evaluate((q) => { location.hash = `${location.hash.split('?')[0]}?${q}`; }, query);
+            await waitText(other, 'Component 1');
+            await other.waitForFunction(() => /sd|mean/.test(document.querySelector('figure.shape figcaption').textContent) && document.querySelectorAll('.chart g[role=button]').length === 12);
+            if (/NaN|undefined|Infinity/.test(await text(other))) return `${value.slice(0, 20)}: ${/.{40}(NaN|undefined|Infinity)/.exec(await text(other))}`;
+        }
+        await other.close();
+        return (same && wrong.filter((w) => !w.startsWith('a request to http')).length === 0) || `${same} ${wrong.join(' | ')} ${address}`;
+    });
     await step('how the members spread along it is drawn, and said', async () => {
         const said = await page.$eval('svg.spread', (node) => node.getAttribute('aria-label'));
         return /^Members along component 1.*left: mean .*; right: mean|^Members along component 1.*right: mean .*; left: mean/.test(said) || said;
@@ -170,6 +198,7 @@ async function main() {
         if (!shown.includes(HOSTILE)) return shown;
         return (await page.evaluate(() => window.hit === undefined && document.querySelectorAll('main img').length === 0)) || 'it ran';
     });
+    let mended;
     await step('a mesh that is open shows its problem and is repaired by one click', async () => {
         const box = 'OFF\n8 10 0\n0 0 0\n3 0 0\n3 2 0\n0 2 0\n0 0 1\n3 0 1\n3 2 1\n0 2 1\n3 0 3 2\n3 0 2 1\n3 0 1 5\n3 0 5 4\n3 1 2 6\n3 1 6 5\n3 2 3 7\n3 2 7 6\n3 3 0 4\n3 3 4 7\n';
         const mesh = await api('POST', '/v1/meshes?name=box', box);
@@ -177,8 +206,29 @@ async function main() {
         await press(page, 'Repair box');
         await waitText(page, 'box mended', 30000);
         await waitText(page, 'closed, 0, 1');
+        mended = page.url().split('/').at(-1);
+    });
+    await step('a mesh lies under its encoding, with what was lost as a map', async () => {
+        const id = (await api('GET', '/v1/meshes?name=L_caudate')).items[0].id;
+        const { surface, fit } = await api('POST', '/v1/processes/encode/execution', JSON.stringify({ inputs: { mesh: id, lmax: 8 } }), { 'Content-Type': 'application/json' });
+        await visit(page, `#/meshes/${id}`);
+        await page.waitForFunction((of) => [...document.querySelectorAll('option')].some((o) => o.value === of), {}, surface.id);
+        const choose = (label, value) => page.evaluate((l, v) => {
+            const select = [...document.querySelectorAll('label')].find((node) => node.textContent.startsWith(l)).querySelector('select');
+            select.value = v;
+            select.dispatchEvent(new Event('change', { bubbles: true }));
+        }, label, value);
+        await choose('With its encoding', surface.id);
+        await page.waitForSelector('option[value=between]');
+        await choose('Map', 'between');
+        await waitText(page, 'The two surfaces are [0-9.]+ apart');
+        const [, rms, p95, max] = /are ([0-9.]+) apart.*95 % within ([0-9.]+), all within ([0-9.]+) \(mm\)/.exec(await text(page)).map(Number);
+        await page.waitForFunction(() => /with=surf-.*map=between/.test(location.hash));
+        const near = (a, b) => Math.abs(a / b - 1) < 0.05;
+        return (near(rms, fit.rms) && near(p95, fit.p95) && near(max, fit.max)) || `${rms} ${p95} ${max}, not ${fit.rms} ${fit.p95} ${fit.max}`;
     });
     await step('landmarks are placed by a click, and without a mouse', async () => {
+        await visit(page, `#/meshes/${mended}`);
         await page.waitForSelector('figure.shape canvas');
         await page.$$eval('label.check', (nodes) => nodes.find((n) => n.textContent.trim() === 'Landmarks').querySelector('input').click());
         await page.waitForSelector('ol[aria-label=Landmarks]');

@@ -2,6 +2,7 @@
 import { useEffect, useMemo, useState } from 'preact/hooks';
 import { between, blend, boundsOf, copyOf } from './geometry';
 import type { Surface3 } from './glb';
+import { aNumber, aText, maybe, oneOf, useKept } from './kept';
 import { ColourBar, mapOf, nameOfMap, paintedBy } from './maps';
 import { axesOf, commonOf, linesOf, textOfPoint } from './series';
 import type { Line, Point } from './series';
@@ -54,14 +55,14 @@ function Moving({ line, shapes, at, axis, map, all, energies }: {
 export function Along({ predictions }: { predictions: Prediction[] }) {
     const points = useMemo(() => predictions.map((p) => p.at), [predictions]);
     const axes = useMemo(() => axesOf(points), [points]);
-    const [axis, setAxis] = useState(axes[0]);
+    const [axis, setAxis] = useKept('along', axes[0], oneOf(axes));
     const loaded = useLoad(() => Promise.all(predictions.map((p) => shapeAt(surfacePath(p.surface.id)))), [predictions]);
     const lines = useMemo(() => (axis ? linesOf(points, axis).filter((l) => l.members.length > 1) : []), [points, axis]);
     const places = [...new Set(lines.flatMap((l) => l.places))].sort((a, b) => a - b);
     const [low, high] = [places[0], places.at(-1)!];
-    const [at, setAt] = useState<number | undefined>();
+    const [at, setAt] = useKept('at', undefined, maybe(aNumber(low, high)));
     const [playing, setPlaying] = useState(false);
-    const [map, setMap] = useState('');
+    const [map, setMap] = useKept('colours', '', aText);
     useEffect(() => {
         if (!playing) return;
         let frame = 0;

@@ -5,16 +5,17 @@ import * as api from './api';
 import { Scatter, Spread, Variance } from './charts';
 import { normalsOf } from './geometry';
 import type { Surface3 } from './glb';
+import { aPlace, aSwitch, maybe, sliders, useKept } from './kept';
 import { ColourBar, paintedBy } from './maps';
 import type { Map3 } from './maps';
 import { LIVE_MAX, existence, shapeFile, shapeOf } from './model_shape';
 import type { Point } from './model_shape';
 import { MontageButton } from './montage';
 import { Linked } from './paths';
-import { link } from './router';
+import { came, link } from './router';
 import { Downloads, PictureButtons, View, linked, surfacePath, useShape } from './shape';
 import { moved } from './stage';
-import { mayChange } from './state';
+import { mayChange, useValue } from './state';
 import { FORMATS, ProblemBox, csv, figure, save } from './ui';
 
 /** Positions at each keyframe, and how far off each is: the nearest shape against the point asked for. */
@@ -47,14 +48,17 @@ function Modes({ model }: { model: api.Model }) {
     const mean = useShape(surfacePath(model.mean.id));
     const frames = useRef(new Map<number, Frames>());
     const [loading, setLoading] = useState<number | null>(null);
-    const [at, setAt] = useState<Record<number, number>>({});
-    const [shown, setShown] = useState(Math.min(3, model.components));
+    const [at, setAt] = useKept<Record<number, number>>('sd', {}, sliders(model.components, 3));
+    const [shown, setShown] = useKept('sliders', Math.min(3, model.components), aPlace(model.components, 1));
     const [version, setVersion] = useState(0);
     const [error, setError] = useState<unknown>();
     const [playing, setPlaying] = useState(0);
     const [exact, setExact] = useState<Exact | null>(null);
-    const [mapped, setMapped] = useState(false);
+    const [mapped, setMapped] = useKept('far', false, aSwitch);
     const asked = useRef<AbortController | null>(null);
+    const rounds = useValue(came);
+    const live = model.lmax <= LIVE_MAX;
+    const active = Object.entries(at).filter(([, v]) => v !== 0);
     const moving = useMemo(() => mean.shape && { ...mean.shape, positions: mean.shape.positions.slice(), normals: mean.shape.normals.slice(), fields: [] }, [mean.shape]);
     const coming = useRef(new Map<number, Promise<boolean>>());
     const load = (mode: number): Promise<boolean> => {
@@ -116,11 +120,20 @@ function Modes({ model }: { model: api.Model }) {
         setAt((a) => ({ ...a, [mode]: value }));
         await load(mode);
     };
-    const active = Object.entries(at).filter(([, v]) => v !== 0);
+    // Those of a link, which were moved before the page was there.
+    useEffect(() => {
+        if (live && mean.shape && !playing) for (const [mode] of active) void load(+mode);
+    }, [at, mean.shape]);
+    useEffect(() => {
+        if (live && mean.shape && active.length) void settle(at);
+    }, [mean.shape, rounds]);
     /** A slider was let go: the shape of all coefficients together, without interpolation. */
-    const release = async (mode: number, value: number) => {
+    const release = (mode: number, value: number) => {
         const where = { ...at, [mode]: value };
         setAt(where);
+        return settle(where);
+    };
+    const settle = async (where: Record<number, number>) => {
         asked.current?.abort();
         const coefficients = Array.from({ length: Math.max(...Object.keys(where).map(Number)) }, (_, i) => where[i + 1] ?? 0);
         if (coefficients.every((c) => c === 0)) return;
@@ -154,7 +167,6 @@ function Modes({ model }: { model: api.Model }) {
     }, [mapped, version, loading]);
     const parts = moving ? [{ shape: moving, colours: map && paintedBy(map) }] : [];
     const coefficients = Array.from({ length: Math.max(0, ...Object.keys(at).map(Number)) }, (_, i) => at[i + 1] ?? 0);
-    const live = model.lmax <= LIVE_MAX;
     const known = exact?.at === at ? exact : null;
     const doubt = active.map(([mode, v]) => {
         const k = Math.round(v) || Math.sign(v);
@@ -217,9 +229,9 @@ function Modes({ model }: { model: api.Model }) {
 }
 
 export function Components({ model }: { model: api.Model }) {
-    const [x, setX] = useState(1);
-    const [y, setY] = useState(Math.min(2, model.components));
-    const [chosen, setChosen] = useState<number | undefined>();
+    const [x, setX] = useKept('across', 1, aPlace(model.components, 1));
+    const [y, setY] = useKept('up', Math.min(2, model.components), aPlace(model.components, 1));
+    const [chosen, setChosen] = useKept('chosen', undefined, maybe(aPlace(model.scores.length)));
     const sd = model.eigenvalues.map(Math.sqrt);
     const of = (i: number, k: number) => model.scores[i][k - 1] / (sd[k - 1] || 1);
     const dots = model.scores.map((_, i) => ({ x: of(i, x), y: of(i, y), name: model.labels[i], group: model.groups?.[i] }));

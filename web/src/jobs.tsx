@@ -6,6 +6,7 @@ import { isActive, jobs, mayChange, refreshJobs, useValue } from './state';
 import { cancelJob, progressText } from './tray';
 import { LongTable, Meter, Page, ProblemBox, Shown, Sure, later, span, useLoad, when } from './ui';
 import { STATUS } from './home';
+import { aText, oneOf, useKept } from './kept';
 
 const SEARCH_PAUSE_MS = 300;
 /** Ids of processes, once they were asked for. */
@@ -20,8 +21,8 @@ export function Jobs() {
     const recent = useValue(jobs);
     const [all, setAll] = useState<api.Job[]>([]);
     const [next, setNext] = useState<string | null | undefined>(undefined);
-    const [find, setFind] = useState('');
-    const [state, setState] = useState('');
+    const [find, setFind] = useKept('find', '', aText);
+    const [state, setState] = useKept('state', '', oneOf(Object.keys(STATUS)));
     useEffect(() => {
         void api.jobs().then((page) => setNext(page.next), () => {});
     }, []);

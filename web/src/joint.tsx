@@ -6,14 +6,15 @@ import { JointCharts } from './charts_joint';
 import { GROUPS } from './colours';
 import { boundsOf, copyOf, normalsOf } from './geometry';
 import type { Surface3 } from './glb';
+import { aPlace, maybe, sliders, useKept } from './kept';
 import { Linked } from './paths';
-import { link } from './router';
+import { came, link } from './router';
 import { LIVE_MAX, existence, shapeOf } from './model_shape';
 import type { Point } from './model_shape';
 import { middlesOf, movePart, placesOf, sizesOf } from './series';
 import type { Frames } from './series';
 import { PictureButtons, View, linked, shapeAt, surfacePath } from './shape';
-import { mayChange } from './state';
+import { mayChange, useValue } from './state';
 import { moved } from './stage';
 import { ProblemBox, Shown, figure, plural, useLoad } from './ui';
 
@@ -76,14 +77,15 @@ function liveOf(id: string, names: string[], frames: Frames[], places: Map<numbe
 }
 
 function Together({ result, frames, places, live }: { result: any; frames: Frames[]; places: Map<number, number[]>; live?: Live }) {
-    const [at, setAt] = useState<Record<number, number>>({});
+    const [at, setAt] = useKept<Record<number, number>>('sd', {}, sliders(result.eigenvalues.length, 3));
     const [playing, setPlaying] = useState(0);
     const [version, setVersion] = useState(0);
     const [loading, setLoading] = useState(0);
     const [exact, setExact] = useState<{ at: Record<number, number>; points: Point[] } | null>(null);
     const [error, setError] = useState<unknown>();
-    const [count, setCount] = useState(live ? Math.min(3, result.eigenvalues.length) : 0);
+    const [count, setCount] = useKept('sliders', live ? Math.min(3, result.eigenvalues.length) : 0, aPlace(result.eigenvalues.length, 1));
     const asked = useRef<AbortController | null>(null);
+    const rounds = useValue(came);
     const moving = useMemo(() => frames.map((f) => ({ ...copyOf(f.mean), fields: [] })), [frames]);
     const radii = useMemo(() => frames.map((f) => Math.max(radiusOf(f.mean), ...[...f.along.values()].flat().map(radiusOf))), [frames]);
     const sizes = useMemo(() => sizesOf(result), [result]);
@@ -127,9 +129,12 @@ function Together({ result, frames, places, live }: { result: any; frames: Frame
         setLoading(0);
     };
     /** A slider was let go: the shapes of all components together, without interpolation. */
-    const release = async (component: number, value: number) => {
+    const release = (component: number, value: number) => {
         const where = { ...at, [component]: value };
         setAt(where);
+        return settle(where);
+    };
+    const settle = async (where: Record<number, number>) => {
         asked.current?.abort();
         const coefficients = Array.from({ length: Math.max(...Object.keys(where).map(Number)) }, (_, i) => where[i + 1] ?? 0);
         if (!live || coefficients.every((c) => c === 0)) return;
@@ -140,11 +145,17 @@ function Together({ result, frames, places, live }: { result: any; frames: Frame
             if ((e as Error).name !== 'AbortError') setError(e);
         }
     };
+    // Those of a link, which were moved before the page was there.
+    useEffect(() => {
+        if (!live || !Object.values(at).some((v) => v !== 0)) return;
+        for (const [component, v] of Object.entries(at)) if (v !== 0) void load(+component);
+        void settle(at);
+    }, [frames, rounds]);
     const parts = moving.map((shape, p) => ({ shape, colour: GROUPS[p % GROUPS.length] }));
     const active = Object.entries(at).filter(([, v]) => v !== 0);
     const text = active.map(([k, v]) => `component ${k}: ${v > 0 ? '+' : ''}${figure(v)} sd`).join(', ') || 'means';
     const worst = known && Math.max(...known.points.map((p) => p.offset));
-    const sliders = live ? Array.from({ length: count }, (_, i): [number, number[]] => [i + 1, PLACES]) : [...places];
+    const tracks = live ? Array.from({ length: count }, (_, i): [number, number[]] => [i + 1, PLACES]) : [...places];
     return (
         <div class="split">
             <figure class="shape tall">
@@ -153,7 +164,7 @@ function Together({ result, frames, places, live }: { result: any; frames: Frame
                 <p class="row legend">{result.parts.map((part: any, p: number) => <span><svg viewBox="0 0 10 10" width="12" height="12" aria-hidden="true"><rect width="10" height="10" fill={GROUPS[p % GROUPS.length]} /></svg> {part.name}</span>)}</p>
             </figure>
             <div class="no-report">
-                {sliders.map(([component, list]) => {
+                {tracks.map(([component, list]) => {
                     const energies = live ? [] : result.modes.filter((m: any) => m.component === component && typeof m.relativeEnergy === 'number').map((m: any) => m.relativeEnergy);
                     return (
                         <div class="field" key={component}>
@@ -202,7 +213,7 @@ function Subject({ result, index }: { result: any; index: number }) {
 const isLive = (result: any): boolean => typeof result.model?.id === 'string' && result.model.lmax <= LIVE_MAX;
 
 export function Joint({ result, job }: { result: any; job?: api.Job }) {
-    const [chosen, setChosen] = useState<number | undefined>();
+    const [chosen, setChosen] = useKept('chosen', undefined, maybe(aPlace(result.subjects?.length ?? 0)));
     const live = isLive(result);
     const places = useMemo(() => (live ? new Map<number, number[]>() : placesOf(result.modes)), [result]);
     const loaded = useLoad(async () => {

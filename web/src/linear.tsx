@@ -6,6 +6,7 @@ import * as api from './api';
 import { DataTable } from './charts';
 import { covariatesOf, namesIn, pointsAlong } from './formula';
 import type { Covariate } from './formula';
+import { aPlace, useKept } from './kept';
 import { Shape, surfacePath } from './shape';
 import { mayChange, refreshJobs } from './state';
 import { ProblemBox, figure, plural } from './ui';
@@ -27,7 +28,7 @@ export function Terms({ result }: { result: any }) {
 
 export function Coefficients({ result, what }: { result: any; what: string }) {
     const known: any[] = (result.coefficients ?? []).filter((c: any) => c.surface);
-    const [chosen, setChosen] = useState(0);
+    const [chosen, setChosen] = useKept('coefficient', 0, aPlace(known.length));
     const coefficient = known[chosen];
     if (!coefficient) return null;
     return (

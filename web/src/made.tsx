@@ -126,7 +126,9 @@ export function Encoded({ result }: { result: api.Outputs<'encode'> }) {
             ['Route to the sphere', `${result.route}: ${result.reason}`],
             ['Star-shaped', starShaped?.value ? `yes, by ${figure(starShaped.margin)}` : starShaped ? `no: from the best centre ${percent(starShaped.violatingAreaFraction)} of the area is seen from behind` : '–'],
             ...(distortion ? [['Distortion of the map', `${figure(distortion.symmetricDirichlet)} (4 is an isometry); areas vary by ${figure(distortion.logAreaDeviation)} (log)${distortion.flipped ? `; ${distortion.flipped} faces turned over` : ''}`]] as Facts : []),
-        ]} />
+        ]}>
+            {idOf(result.inputs?.mesh) && <div class="actions no-report"><a class="button" href={`${link('meshes', idOf(result.inputs?.mesh)!)}?with=${result.surface.id}&map=between`}>What was lost, on the mesh</a></div>}
+        </Made>
     );
 }
 

@@ -7,7 +7,7 @@ import { figure } from './text';
 export interface Map3 { field: Field; scale: Scale; low: number; high: number; keep?: (value: number, vertex: number) => boolean; title?: string }
 
 /** What points inwards or outwards, even where all of it goes one way. */
-const SIGNED = /^(normalEffect|deviation|zScore|slope)$/;
+const SIGNED = /^(normalEffect|deviation|zScore|slope|between)$/;
 
 /** A field as it is usually shown: what has a sign about zero, all else from its least to its greatest. */
 export function mapOf(field: Field): Map3 {
@@ -38,7 +38,7 @@ export const colourOf = (map: Map3, share: number): string => colourText(map.sca
 
 /** Of a map as people write it. A length is that of the shapes that were compared: in the units of the files, or of shapes of unit area. */
 export const unitOf = (field: Field): string => (field.unit === 'length' ? 'units of the shape' : field.unit && field.unit !== '1' ? field.unit : '');
-const NAMES: Record<string, string> = { significance: 'p, corrected for all points', fdr: 'false discovery rate', zScore: 'z score', lmax: 'degree' };
+const NAMES: Record<string, string> = { significance: 'p, corrected for all points', fdr: 'false discovery rate', zScore: 'z score', lmax: 'degree', between: 'distance of the other surface, outwards' };
 export const nameOfMap = (name: string): string => NAMES[name] ?? name.replace(/([a-z0-9])([A-Z])/g, '$1 $2').toLowerCase();
 
 export const titleOf = (map: Map3): string => map.title ?? `${nameOfMap(map.field.name)}${unitOf(map.field) ? ` (${unitOf(map.field)})` : ''}`;

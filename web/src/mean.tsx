@@ -1,8 +1,8 @@
 // The mean of a group: its members around it, the way to it, and landmarks of the group.
-import { useState } from 'preact/hooks';
 import type * as api from './api';
 import { Curve } from './charts';
 import { GroupLandmarks, MemberDistances, hasDistances, isMet, leftAt } from './charts_group';
+import { aPlace, maybe, useKept } from './kept';
 import { Marked, useGround } from './landmarks';
 import type { Ground, Place } from './landmarks';
 import { Linked } from './paths';
@@ -44,8 +44,8 @@ function MarkedMean({ id, points }: { id: string; points: { position: number[] }
 
 /** What the registrations to the mean left at each landmark, over the members and for each of them. */
 export function LandmarksOfGroup({ result, surface, ids }: { result: any; surface: string; ids: string[] }) {
-    const [chosen, setChosen] = useState(0);
     const found = result.landmarks;
+    const [chosen, setChosen] = useKept('member', 0, aPlace(found?.members.length ?? 0));
     if (!found) return null;
     const labels: string[] = result.labels ?? ids;
     const given = result.inputs?.landmarks;
@@ -80,7 +80,7 @@ function wayTo(result: api.Outputs<'mean'>): string {
 }
 
 export function Mean({ result, job }: { result: api.Outputs<'mean'>; job: api.Job }) {
-    const [chosen, setChosen] = useState<number | undefined>();
+    const [chosen, setChosen] = useKept('chosen', undefined, maybe(aPlace(result.labels.length)));
     const ids = idsOf(result, job);
     const { pullback } = result;
     const whole = hasDistances(result);

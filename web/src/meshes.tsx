@@ -5,6 +5,8 @@ import { go, link } from './router';
 import { jobs, mayChange, refreshJobs, say } from './state';
 import { FORMATS, LongTable, Page, ProblemBox, Shown, figure, later, plural, size, useLoad } from './ui';
 import { DropZone, Uploads } from './home';
+import { aText, oneOf, useKept } from './kept';
+import { nameOfMap } from './maps';
 import { Delete, Rename } from './records';
 import { batch, freeName } from './upload';
 import { useValue } from './state';
@@ -54,8 +56,8 @@ export function Meshes() {
     const [items, setItems] = useState<api.Mesh[]>([]);
     const [loaded, setLoaded] = useState(false);
     const [error, setError] = useState<unknown>();
-    const [find, setFind] = useState('');
-    const [only, setOnly] = useState('');
+    const [find, setFind] = useKept('find', '', aText);
+    const [only, setOnly] = useKept('only', '', oneOf(['good', 'bad']));
     const [chosen, setChosen] = useState<Set<string>>(new Set());
     const [round, setRound] = useState(0);
     const sending = useValue(batch)?.running;
@@ -151,6 +153,10 @@ export function Meshes() {
 
 export function MeshPage({ id }: { id: string }) {
     const mesh = useLoad((signal) => api.get('/v1/meshes/{id}', { id }, signal), [id]);
+    const listed = useLoad(() => api.list('surfaces', { mesh: id, process: 'encode', limit: 200 }), [id]);
+    const encodings = (listed.value?.items ?? []).filter((s) => s.source?.mesh === id && !s.mirrored);
+    const [over, setOver] = useKept('with', '', aText);
+    const chosen = encodings.find((s) => s.id === over);
     return (
         <Shown of={mesh} page label="the mesh">{(m) => (
             <Page title={m.name || m.id} actions={<>
@@ -160,8 +166,14 @@ export function MeshPage({ id }: { id: string }) {
             </>}>
                 <div class="split">
                     <Shape src={`/v1/meshes/${id}/content?format=glb`} mesh={id} unit="mm" label={`Mesh ${m.name}`} marks={m.report.problems}
-                        name={m.name || m.id} downloads={FORMATS.map((f) => [f, `/v1/meshes/${id}/content?format=${f}`])} />
+                        name={m.name || m.id} downloads={FORMATS.map((f) => [f, `/v1/meshes/${id}/content?format=${f}`])} over={chosen && `/v1/surfaces/${chosen.id}/mesh?format=glb&resolution=32&space=original`} />
                     <div>
+                        {encodings.length > 0 && (
+                            <p><label>With its encoding <select value={chosen ? over : ''} onChange={(e) => setOver(e.currentTarget.value)}>
+                                <option value="">none</option>{encodings.map((s) => <option value={s.id}>{`degree ${s.lmax}, ${s.name || s.id}`}</option>)}
+                            </select></label></p>
+                        )}
+                        {chosen && <p class="quiet">Blue: the surface that degree {chosen.lmax} can hold. The map “{nameOfMap('between')}” shows what was lost.</p>}
                         {m.report.problems.map((p) => (
                             <div class="problem"><strong>{p.code}</strong><p>{p.detail}</p></div>
                         ))}

@@ -1,15 +1,16 @@
 // The nearest of each member: a list to search, and the shapes of a member and of those nearest to it.
-import { useMemo, useState } from 'preact/hooks';
+import { useMemo } from 'preact/hooks';
 import type * as api from './api';
 import { NeighbourCharts, nameAt } from './charts_joint';
+import { aPlace, aText, useKept } from './kept';
 import { Linked } from './paths';
 import { LongTable, csv, figure, plural, save } from './ui';
 
 const SHAPES = 6;
 
 export function Neighbours({ result, job }: { result: api.Outputs<'neighbours'>; job: api.Job }) {
-    const [chosen, setChosen] = useState(0);
-    const [find, setFind] = useState('');
+    const [chosen, setChosen] = useKept('chosen', 0, aPlace(result.labels.length));
+    const [find, setFind] = useKept('find', '', aText);
     const pairs: any = result.pairs;
     const indices = result.indices as number[][];
     const distances = result.distances as number[][];

@@ -2,6 +2,7 @@
 import { useEffect, useMemo, useState } from 'preact/hooks';
 import type * as api from './api';
 import { normalsOf } from './geometry';
+import { aNumber, useKept } from './kept';
 import { MontageButton } from './montage';
 import { link } from './router';
 import { PictureButtons, View, linked, shapeAt, shapePath, surfacePath, useShape } from './shape';
@@ -28,7 +29,7 @@ const PICTURED_MAX = 9;
 /** Surfaces in a row, between which the shown one is interpolated. */
 export function Path({ surfaces, texts, energies }: { surfaces: api.Surface[]; texts: string[]; energies?: (number | null)[] }) {
     const loaded = useLoad(() => Promise.all(surfaces.map((s) => shapeAt(surfacePath(s.id)))), [surfaces]);
-    const [at, setAt] = useState(0);
+    const [at, setAt] = useKept('at', 0, aNumber(0, surfaces.length - 1));
     const [playing, setPlaying] = useState(false);
     const [version, setVersion] = useState(0);
     const moving = useMemo(() => loaded.value && { ...loaded.value[0], positions: loaded.value[0].positions.slice(), normals: loaded.value[0].normals.slice(), fields: [] as never[] }, [loaded.value]);

@@ -9,6 +9,7 @@ import { Components } from './components';
 import { Findings } from './findings';
 import { Groups } from './groups';
 import { Joint, JointModel } from './joint';
+import { aPlace, maybe, oneOf, useKept } from './kept';
 import { Between, Registered } from './landmarks';
 import { Regression } from './linear';
 import { Encoded, Extracted, Inverted, Mirrored, Repaired, Sampled, Transferred, Transported } from './made';
@@ -57,10 +58,10 @@ export function ModelPage({ id }: { id: string }) {
 
 function Classification({ result, job }: { result: api.Outputs<'classify'>; job: api.Job }) {
     const names = Object.keys(result.methods);
-    const [method, setMethod] = useState(names[0]);
-    const [chosen, setChosen] = useState<string | null>(null);
+    const cohort: any = result.inputs?.cohort ?? job.inputs?.cohort ?? {};
+    const [method, setMethod] = useKept('method', names[0], oneOf(names));
+    const [chosen, setChosen] = useKept('chosen', undefined, maybe(oneOf(cohort.surfaces ?? [])));
     const m = result.methods[method];
-    const cohort = result.inputs?.cohort ?? job.inputs?.cohort ?? {};
     const missed = m.perSubject.filter((s: any) => s.predicted !== s.label);
     const idOf = (subject: string, label: string): string | undefined => {
         // Without subjects in the cohort each member is its own, in their order.
@@ -109,7 +110,7 @@ function Distances({ result, job }: { result: api.Outputs<'distances'>; job: api
 }
 
 function WholeDistances({ result, matrix, job }: { result: api.Outputs<'distances'>; matrix: number[][]; job: api.Job }) {
-    const [chosen, setChosen] = useState<number | undefined>();
+    const [chosen, setChosen] = useKept('chosen', undefined, maybe(aPlace(matrix.length)));
     const { points, share } = useMemo(() => scaling(matrix), [matrix]);
     const ids: string[] = result.inputs?.cohort?.surfaces ?? result.inputs?.surfaces ?? job.inputs?.surfaces ?? [];
     const near = chosen === undefined ? [] : matrix[chosen].map((d, i) => ({ d, i })).filter((e) => e.i !== chosen).sort((a, b) => a.d - b.d).slice(0, 5);
@@ -151,7 +152,7 @@ function Trained({ result }: { result: api.Outputs<'train'> | api.Outputs<'train
 }
 
 function Predicted({ result }: { result: api.Outputs<'predict'> }) {
-    const [chosen, setChosen] = useState(0);
+    const [chosen, setChosen] = useKept('chosen', 0, aPlace(result.predictions.length));
     const one = result.predictions[chosen];
     const far = doubtful(one.typicality);
     return (
@@ -182,7 +183,7 @@ function Predicted({ result }: { result: api.Outputs<'predict'> }) {
 
 /** What each structure has in how odd a subject is, and where it is odd. */
 function ScoredParts({ parts, position }: { parts: any[]; position: any }) {
-    const [chosen, setChosen] = useState(0);
+    const [chosen, setChosen] = useKept('structure', 0, aPlace(parts.length));
     const part = parts[chosen];
     return (
         <>

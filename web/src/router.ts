@@ -18,7 +18,12 @@ function read(): Route {
 }
 
 export const route = new Value<Route>(read());
-addEventListener('hashchange', () => route.set(read()));
+/** How often one came to an address, by a link or back and forth in the history. */
+export const came = new Value(0);
+addEventListener('hashchange', () => {
+    route.set(read());
+    came.set(came.get() + 1);
+});
 
 export const useRoute = (): Route => useValue(route);
 export const link = (...path: string[]): string => `#/${path.map(encodeURIComponent).join('/')}`;
@@ -36,12 +41,13 @@ export const go = (href: string): void => {
     location.hash = href.replace(/^#/, '');
 };
 
-/** Changes the query of the present address without a step in the history. */
+export const queryOf = (): URLSearchParams => read().query;
+
+/** Changes the query of the present address without a step in the history. Pages are not drawn anew: they know already. */
 export function remember(changes: Record<string, string | null>): void {
-    const { path, query } = route.get();
-    const next = new URLSearchParams(query);
-    for (const [name, value] of Object.entries(changes)) value === null ? next.delete(name) : next.set(name, value);
-    const text = next.toString();
+    const { path, query } = read();
+    for (const [name, value] of Object.entries(changes)) value === null ? query.delete(name) : query.set(name, value);
+    // What an address may show as it is stays readable.
+    const text = query.toString().replace(/%3A/g, ':').replace(/%2C/g, ',').replace(/%3B/g, ';');
     history.replaceState(null, '', link(...path) + (text ? `?${text}` : ''));
-    route.set(read());
 }

@@ -6,15 +6,20 @@ import { groupLook } from './colours';
 import { boundsOf } from './geometry';
 import { readGlb } from './glb';
 import type { Surface3 } from './glb';
+import { bothApart } from './apart';
+import type { Apart } from './apart';
 import { ColourBar, colourOf, isFlipped, mapOf, nameOfMap, paintedBy, titleOf, unitOf } from './maps';
 import type { Map3 } from './maps';
-import { link } from './router';
+import { aNumber, keep, keptText, maybe, useKept } from './kept';
+import type { Written } from './kept';
+import { came, link } from './router';
 import { Camera, draw, forget, pick, shrink } from './stage';
 import type { Look, Part } from './stage';
 import { ProblemBox, csv, figure, save } from './ui';
 
 /** The camera of all views that are linked. */
 export const linked = new Camera();
+const FIRST = linked.text;
 
 const cache = new Map<string, Promise<Surface3>>();
 const CACHE_MAX = 60;
@@ -37,6 +42,7 @@ export function shapeAt(path: string): Promise<Surface3> {
 }
 
 export const surfacePath = (id: string, resolution = 24): string => `/v1/surfaces/${id}/mesh?format=glb&resolution=${resolution}`;
+export const originalPath = (id: string): string => `${surfacePath(id, 32)}&space=original`;
 export const shapePath = (id: string, resolution = 24): string =>
     id.startsWith('mesh-') ? `/v1/meshes/${id}/content?format=glb` : surfacePath(id, resolution);
 
@@ -59,12 +65,28 @@ for (let n = 0; n <= 6; n++) KEYS[`${n}`] = (c) => c.side(n);
 /** What each canvas shows, for reports. */
 export const shown = new WeakMap<HTMLCanvasElement, { parts: Part[]; camera: Camera; look: Look }>();
 
+/** The address has the turn of a camera, under a name; and where it has one as the view comes, the camera is that. */
+function useCamera(camera: Camera, name: string | undefined): void {
+    useEffect(() => {
+        if (!name) return;
+        const take = () => { camera.text = keptText(name) ?? camera.text; };
+        const put = () => keep(name, camera.text === FIRST ? null : camera.text);
+        take();
+        if (camera.text !== FIRST) put(); // it was turned on another page
+        const stops = [came.listen(take), camera.listen(put)];
+        return () => stops.forEach((stop) => stop());
+    }, [camera, name]);
+}
+
 /** A canvas in which parts are seen from a camera; drawn when either changes. */
-export function View({ parts, camera, label, look, version = 0, onLink, onHover, onPick, className = 'view' }: {
+export function View({ parts, camera, label, look, version = 0, onLink, onHover, onPick, className = 'view', kept }: {
     parts: Part[]; camera: Camera; label: string; look?: Partial<Look>; version?: number; onLink?: () => void; className?: string;
     /** Told of the vertex of the first part under the pointer, and of one that was clicked. */
     onHover?: (vertex: number | undefined) => void; onPick?: (vertex: number) => void;
+    /** What the address calls a camera that is not the one of all linked views. */
+    kept?: string;
 }) {
+    useCamera(camera, camera === linked ? 'view' : kept);
     const canvas = useRef<HTMLCanvasElement>(null);
     const bounds = useMemo(() => boundsOf(parts.map((p) => p.shape)), [parts[0]?.shape, parts.length]);
     const all: Look = { ...bounds, ...look };
@@ -211,6 +233,27 @@ interface Landmark { name: string; vertex: number }
 /** A range of colours, and from where on they are shown, as typed; empty: as usual. */
 interface Range { low: string; high: string; least: string }
 const USUAL: Range = { low: '', high: '', least: '' };
+const aRange: Written<Range> = {
+    write: (r) => [r.low, r.high, r.least].join(','),
+    read: (text) => {
+        const [low, high, least] = text.split(',').map((part) => (numberOf(part) === undefined ? '' : part.trim()));
+        return least === undefined ? undefined : { low, high, least };
+    },
+};
+const LANDMARKS_MAX = 500;
+const someLandmarks: Written<Landmark[]> = {
+    write: (list) => list.map((l) => `${l.vertex}:${encodeURIComponent(l.name)}`).join(','),
+    read: (text) => text.split(',', LANDMARKS_MAX).flatMap((part, i) => {
+        const [vertex, name] = part.split(':');
+        if (!/^\d{1,9}$/.test(vertex)) return [];
+        try {
+            return [{ vertex: +vertex, name: decodeURIComponent(name ?? `${i + 1}`) }];
+        } catch {
+            return [{ vertex: +vertex, name: `${i + 1}` }];
+        }
+    }),
+};
+const aMap: Written<string> = { write: (v) => v || 'none', read: (text) => (text === 'none' ? '' : text) };
 const numberOf = (text: string): number | undefined => (text.trim() !== '' && Number.isFinite(Number(text)) ? Number(text) : undefined);
 
 /** A map in that range. What is to be seen is what is large, of either sign; of p what is small. */
@@ -221,6 +264,17 @@ function inRange(map: Map3, range: Range): Map3 {
 }
 
 const VIEWS: [number, string][] = [[0, 'first view'], [1, 'front'], [2, 'back'], [3, 'left'], [4, 'right'], [5, 'above'], [6, 'below']];
+
+/** How far the other of two surfaces is, at each vertex; computed here. */
+function useApart(shape: Surface3 | undefined, other: Surface3 | undefined, unit: string): Apart | undefined {
+    const [state, setState] = useState<{ shape?: Surface3; other?: Surface3; found?: Apart }>({});
+    useEffect(() => {
+        let gone = false;
+        if (shape && other) void bothApart(shape, other, unit, () => gone).then((found) => gone || setState({ shape, other, found }));
+        return () => { gone = true; };
+    }, [shape, other, unit]);
+    return shape && state.shape === shape && state.other === other ? state.found : undefined;
+}
 
 export function Shape({ src, label, name, marks, downloads, over, first: shownFirst = '', mesh, unit }: {
     /** Of coordinates, where it is known. */
@@ -234,22 +288,31 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
     const { shape, error } = useShape(src);
     const other = useShape(over ?? null);
     const camera = useMemo(() => new Camera(), []);
-    const [field, setField] = useState(shownFirst);
-    const [cut, setCut] = useState<number | null>(null);
+    const [field, setField] = useKept('map', shownFirst, aMap);
+    const [cutAt, setCut] = useKept<number | undefined>('cut', undefined, maybe(aNumber(-1, 1)));
+    const cut = cutAt ?? null;
     const [here, setHere] = useState<number | undefined>();
-    const [placing, setPlacing] = useState(false);
-    const [landmarks, setLandmarks] = useState<Landmark[]>([]);
-    const [range, setRange] = useState<Range>(USUAL);
+    const [given, setLandmarks] = useKept<Landmark[]>('points', [], someLandmarks);
+    const [placing, setPlacing] = useState(given.length > 0);
+    const [range, setRange] = useKept<Range>('range', USUAL, aRange);
+    const distance = useApart(shape, over && other.path === over ? other.shape : undefined, unit ?? 'length');
     const own = useRef<HTMLElement>(null);
-    useEffect(() => setLandmarks([]), [src]);
+    const first = useRef(src);
+    useEffect(() => {
+        if (first.current !== src) setLandmarks([]);
+        first.current = src;
+    }, [src]);
     if (error) return <ProblemBox error={error} />;
     if (!shape) return <p class="quiet" aria-busy="true">Loading the shape…</p>;
-    const chosen = shape.fields.find((f) => f.name === field);
+    const landmarks = given.filter((l) => 3 * l.vertex + 2 < shape.positions.length);
+    const fields = distance ? [...shape.fields, distance.field] : shape.fields;
+    const chosen = fields.find((f) => f.name === field);
     const map = chosen && inRange(mapOf(chosen), range);
     const parts: Part[] = [{ shape, colours: map && paintedBy(map) }];
-    if (over && other.shape && other.path === over) parts.push({ shape: other.shape, colour: '#0072b2', opacity: 0.45 });
-    const first = marks?.find((m) => typeof m.first === 'number')?.first;
-    const face = typeof first === 'number' && 3 * first + 2 < shape.indices.length ? shape.indices[3 * first] : undefined;
+    const among = !!distance && chosen === distance.field;
+    if (over && other.shape && other.path === over && !among) parts.push({ shape: other.shape, colour: '#0072b2', opacity: 0.45 });
+    const problem = marks?.find((m) => typeof m.first === 'number')?.first;
+    const face = typeof problem === 'number' && 3 * problem + 2 < shape.indices.length ? shape.indices[3 * problem] : undefined;
     const at = (vertex: number) => [...shape.positions.slice(3 * vertex, 3 * vertex + 3)];
     const mark = face !== undefined ? at(face) : undefined;
     const look = { cut, mark: landmarks.length ? landmarks.flatMap((l) => at(l.vertex)).concat(mark ?? []) : mark };
@@ -264,14 +327,14 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
     return (
         <figure class="shape" ref={own}>
             <View parts={parts} camera={camera} label={map ? `${label}, coloured by ${nameOfMap(map.field.name)}` : label} look={look}
-                onHover={map ? setHere : undefined} onPick={placing ? add : undefined} />
+                onHover={map ? setHere : undefined} onPick={placing ? add : undefined} kept="turn" />
             <figcaption class="row">
-                {shape.fields.length > 0 && (
+                {fields.length > 0 && (
                     <label>Map <select value={field} onChange={(e) => { setField(e.currentTarget.value); setRange(USUAL); }}>
-                        <option value="">none</option>{shape.fields.map((f) => <option value={f.name}>{nameOfMap(f.name)}</option>)}
+                        <option value="">none</option>{fields.map((f) => <option value={f.name}>{nameOfMap(f.name)}</option>)}
                     </select></label>
                 )}
-                <label class="check"><input type="checkbox" checked={cut !== null} onChange={(e) => setCut(e.currentTarget.checked ? 0 : null)} /> Cut</label>
+                <label class="check"><input type="checkbox" checked={cut !== null} onChange={(e) => setCut(e.currentTarget.checked ? 0 : undefined)} /> Cut</label>
                 {cut !== null && <input type="range" min={-1} max={1} step={0.01} value={cut} aria-label="Where it is cut" onInput={(e) => setCut(+e.currentTarget.value)} />}
                 <label class="check"><input type="checkbox" checked={placing} onChange={(e) => setPlacing(e.currentTarget.checked)} /> Landmarks</label>
                 <label class="no-report"><span class="sr">View</span> <select value="" onChange={(e) => { camera.side(+e.currentTarget.value); e.currentTarget.value = ''; }}>
@@ -310,6 +373,7 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
                     ))}</ol>
                 </div>
             )}
+            {distance && <p role="status">The two surfaces are {figure(distance.rms)} apart (root mean square, from both sides); 95 % within {figure(distance.p95)}, all within {figure(distance.max)}{unitOf(distance.field) ? ` (${unitOf(distance.field)})` : ''}.</p>}
             {map?.field.meaning && <p class="quiet">{map.field.meaning}</p>}
             {mark && <p class="quiet">The dot marks the first place of the problem.</p>}
         </figure>

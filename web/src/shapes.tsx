@@ -1,17 +1,18 @@
 // Surfaces: what encodings and analyses made.
 import { useEffect, useState } from 'preact/hooks';
 import * as api from './api';
+import { aText, useKept } from './kept';
 import { Delete, Rename } from './records';
 import { go, link } from './router';
 import { mayChange } from './state';
 import { FORMATS, LongTable, Page, ProblemBox, Shown, figure, useLoad, when } from './ui';
-import { Shape, surfacePath } from './shape';
+import { Shape, originalPath, shapePath, surfacePath } from './shape';
 
 export function Surfaces() {
     const [items, setItems] = useState<api.Surface[]>([]);
     const [loaded, setLoaded] = useState(false);
     const [error, setError] = useState<unknown>();
-    const [find, setFind] = useState('');
+    const [find, setFind] = useKept('find', '', aText);
     const [chosen, setChosen] = useState<Set<string>>(new Set());
     const [round, setRound] = useState(0);
     useEffect(() => {
@@ -39,9 +40,12 @@ export function Surfaces() {
     );
 }
 
+/** Surfaces are laid over each other in their common size and pose, a mesh over its encoding as both were sent. */
+const posed = (over: string): boolean => over !== '' && !over.startsWith('mesh-');
+
 export function SurfacePage({ id }: { id: string }) {
     const others = useLoad(() => api.list('surfaces', { limit: 200 }), []);
-    const [over, setOver] = useState('');
+    const [over, setOver] = useKept('with', '', aText);
     const surface = useLoad((signal) => api.get('/v1/surfaces/{id}', { id }, signal), [id]);
     return (
         <Shown of={surface} page label="the surface">{(s) => (
@@ -50,12 +54,13 @@ export function SurfacePage({ id }: { id: string }) {
                 <Delete kind="surfaces" ids={[id]} name={s.name || s.id} done={(kept) => kept.length || go('#/shapes')} />
             </>}>
                 <div class="split">
-                    <Shape src={`${surfacePath(id, 32)}${over ? '' : '&space=original'}`} unit={over || !s.scale ? undefined : 'mm'} label={`Surface ${s.name}`} name={s.name || s.id} over={over ? surfacePath(over, 32) : undefined}
+                    <Shape src={posed(over) ? surfacePath(id, 32) : originalPath(id)} unit={posed(over) || !s.scale ? undefined : 'mm'} label={`Surface ${s.name}`} name={s.name || s.id} over={over ? (posed(over) ? surfacePath(over, 32) : shapePath(over)) : undefined}
                         downloads={FORMATS.map((f) => [f, `/v1/surfaces/${id}/mesh?format=${f}&resolution=48`])} />
                     <dl class="pairs">
                         <dt><label for="over">With</label></dt>
                         <dd><select id="over" value={over} onChange={(e) => setOver(e.currentTarget.value)}>
                             <option value="">no other surface</option>
+                            {s.source?.mesh && !s.mirrored && <option value={s.source.mesh}>the mesh that it encodes</option>}
                             {(others.value?.items ?? []).filter((o) => o.id !== id).map((o) => <option value={o.id}>{o.name || o.id}</option>)}
                         </select></dd>
                         <dt>Degree</dt><dd>{s.lmax}</dd>

@@ -44,6 +44,19 @@ export class Camera {
     constructor() {
         this.side(0);
     }
+    /** As an address has it: the turn, and how near. */
+    get text(): string {
+        const { x, y, z, w } = this.turn;
+        return [x, y, z, w, this.zoom].map((v) => +v.toFixed(4)).join(',');
+    }
+    set text(text: string) {
+        const [x, y, z, w, zoom] = text.split(',').map(Number);
+        const turn = new T.Quaternion(x, y, z, w);
+        if (!(turn.length() > 0.5 && turn.length() < 2 && zoom > 0) || text === this.text) return;
+        this.turn.copy(turn.normalize());
+        this.zoom = Math.max(0.2, Math.min(20, zoom));
+        this.changed();
+    }
 }
 
 export interface Part { shape: Surface3; colour?: string; colours?: Float32Array; opacity?: number }

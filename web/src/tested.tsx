@@ -1,6 +1,7 @@
 // What a permutation test found: p in words, and its maps, grey where p exceeds a threshold.
 import { useState } from 'preact/hooks';
 import type { Field } from './glb';
+import { aNumber, oneOf, useKept } from './kept';
 import { ColourBar, mapOf, paintedBy } from './maps';
 import { link } from './router';
 import { PictureButtons, View, linked, surfacePath, useShape } from './shape';
@@ -25,9 +26,9 @@ export interface Beside { name: string; text: string; unit?: string }
 
 export function TestedMaps({ surface, test, beside }: { surface: string; test: Test; beside: Beside[] }) {
     const { shape, error } = useShape(surfacePath(surface, 32));
-    const [threshold, setThreshold] = useState(0.05);
-    const [corrected, setCorrected] = useState('significance');
-    const [chosen, setChosen] = useState(beside[0].name);
+    const [threshold, setThreshold] = useKept('p', 0.05, aNumber(0, 1));
+    const [corrected, setCorrected] = useKept('corrected', 'significance', oneOf(['significance', 'fdr']));
+    const [chosen, setChosen] = useKept('beside', beside[0].name, oneOf(beside.map((b) => b.name)));
     const [read, setRead] = useState('');
     const [here, setHere] = useState<number | undefined>();
     if (error) return <ProblemBox error={error} />;

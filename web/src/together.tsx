@@ -1,9 +1,9 @@
 // Subjects classified by all their structures together, and by each alone.
-import { useState } from 'preact/hooks';
 import * as api from './api';
 import { Confusion, DataTable, Intervals } from './charts';
 import { PartIntervals } from './charts_group';
 import { GROUPS } from './colours';
+import { aPlace, maybe, oneOf, useKept } from './kept';
 import { Linked } from './paths';
 import { figure, plural } from './ui';
 
@@ -33,8 +33,8 @@ function Structures({ result, subject }: { result: any; subject: number }) {
 
 export function Together({ result }: { result: api.Outputs<'classify-parts'> }) {
     const names = Object.keys(result.methods);
-    const [method, setMethod] = useState(names[0]);
-    const [chosen, setChosen] = useState<number | undefined>();
+    const [method, setMethod] = useKept('method', names[0], oneOf(names));
+    const [chosen, setChosen] = useKept('chosen', undefined, maybe(aPlace(result.subjects)));
     const m = result.methods[method];
     const one = chosen === undefined ? undefined : m.perSubject[chosen];
     const missed = m.perSubject.filter((s: any) => s.predicted !== s.label).length;

@@ -1,9 +1,9 @@
 // How subjects change with time: the mean slope and where it is, predicted surfaces over time, each subject's line and how
 // it is beside those of the others.
-import { useState } from 'preact/hooks';
 import type * as api from './api';
 import { DataTable } from './charts';
 import { TrajectoryCharts } from './charts_time';
+import { aPlace, maybe, useKept } from './kept';
 import { Coefficients, Predicted, Terms } from './linear';
 import { Linked } from './paths';
 import { Headline, TestedMaps } from './tested';
@@ -29,7 +29,7 @@ function Visits({ result, subject }: { result: any; subject: string }) {
 }
 
 export function Trajectories({ result }: { result: api.Outputs<'trajectories'> }) {
-    const [chosen, setChosen] = useState<number | undefined>();
+    const [chosen, setChosen] = useKept('chosen', undefined, maybe(aPlace(result.perSubject.length)));
     const slope: any = result.slope;
     const flips = slope.exact ? 'all flips of signs' : `${(slope.permutations ?? 0).toLocaleString('en')} flips of signs`;
     const one: any = chosen === undefined ? undefined : result.perSubject[chosen];

@@ -1,9 +1,9 @@
 // What differs within subjects: between two visits (change), or between the sides (asymmetry).
-import { useState } from 'preact/hooks';
 import type * as api from './api';
 import { DataTable } from './charts';
 import { Amounts } from './charts_within';
 import { PairedCharts } from './findings';
+import { aPlace, maybe, useKept } from './kept';
 import { Linked } from './paths';
 import { Headline, TestedMaps } from './tested';
 import { figure, plural } from './ui';
@@ -47,7 +47,7 @@ function Replicates({ of, subjects }: { of: Record<string, any>; subjects: numbe
 }
 
 export function Within({ result }: { result: api.Outputs<'change'> | api.Outputs<'asymmetry'> }) {
-    const [chosen, setChosen] = useState<number | undefined>();
+    const [chosen, setChosen] = useKept('chosen', undefined, maybe(aPlace(result.perSubject.length)));
     const sides = 'directional' in result;
     const cohort = result.inputs?.cohort ?? {};
     const times: number[] | undefined = cohort.times;

@@ -1,4 +1,4 @@
-import{$ as W,A as U,B as b,D as V,E as q,G as H,H as k,K as j,N as f,P as G,Q as w,S as _,U as C,Y as s,Z as F,_ as S,a as N,ba as J,c as v,ca as $,e as x,g as T,k as R,l as A,n as g,o as E,p as D,w as B}from"./chunk-SLQUZVML.js";function ae(e,r){let i=[],l=[],n="",t=!1,a=0;for(let o=0;o<e.length;o++){let m=e[o];t?m!=='"'?n+=m:e[o+1]==='"'?n+=e[++o]:t=!1:m==='"'&&n===""?(t=!0,a=o):m===r||m===`
+import{B as U,C as b,E as V,F as q,H,I as k,L as j,P as f,R as G,U as w,W as _,Y as C,a as N,aa as s,ba as F,c as v,ca as S,da as W,e as x,fa as J,ga as $,h as T,l as R,m as A,o as g,p as E,q as D,x as B}from"./chunk-KGOATGCJ.js";function ae(e,r){let i=[],l=[],n="",t=!1,a=0;for(let o=0;o<e.length;o++){let m=e[o];t?m!=='"'?n+=m:e[o+1]==='"'?n+=e[++o]:t=!1:m==='"'&&n===""?(t=!0,a=o):m===r||m===`
 `?(l.push(n.trim()),n="",m===`
 `&&(i.push(l),l=[])):n+=m}if(t)throw new Error(`The quote that begins in line ${e.slice(0,a).split(`
 `).length} is not closed.`);return(n||l.length)&&i.push([...l,n.trim()]),i.filter(o=>o.some(m=>m!==""))}function L(e){let r=e.replace(/^\uFEFF/,"").replace(/\r\n?/g,`

@@ -1,1 +1,0 @@
-import{A as i,B as j,C as k,D as l,s as a,t as b,u as c,v as d,w as e,x as f,y as g,z as h}from"./chunk-WYX7N4G7.js";import"./chunk-SLQUZVML.js";export{j as Downloads,l as Gallery,i as PictureButtons,k as Shape,g as View,a as linked,h as picture,b as shapeAt,d as shapePath,f as shown,c as surfacePath,e as useShape};
