@@ -49,10 +49,17 @@ writeFileSync(join(out, 'index.html'), page);
 
 // The frame of a report: one file with its style and its program, which its policy knows by their hashes. The service
 // (server/processes/report_page.c) and the dashboard (src/report.ts) put title, body and data into it.
+const english = {
+    name: 'english', // a report is in the language that the service writes
+    setup: (of) => {
+        of.onResolve({ filter: /^\.\/language$/ }, () => ({ path: 'language', namespace: 'english' }));
+        of.onLoad({ filter: /.*/, namespace: 'english' }, () => ({ contents: "export const language = 'en', translate = undefined;" }));
+    },
+};
 const frame = await build({
     absWorkingDir: web, entryPoints: ['src/report_view.tsx', 'src/report.css'], bundle: true, format: 'iife',
     target: 'es2022', minify: true, legalComments: 'none', jsx: 'automatic', jsxImportSource: 'preact', nodePaths: [modules],
-    charset: 'utf8', outdir: out, write: false, logLevel: 'warning',
+    charset: 'utf8', outdir: out, write: false, logLevel: 'warning', plugins: [english],
 });
 const textOf = (ending) => frame.outputFiles.find((file) => file.path.endsWith(ending)).text.trim();
 const hash = (text) => `sha256-${createHash('sha256').update(text).digest('base64')}`;

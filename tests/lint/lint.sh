@@ -312,6 +312,7 @@ check_web() {
     cmp -s web/src/service.d.ts "$BUILD/web/service.d.ts" ||
         echo 'web/src/service.d.ts:1: is not what make web gives of api/openapi.yaml'
     diff -rq web/dist "$made" | sed 's|^|web/dist:1: is not what make web gives: |'
+    NODE_PATH=$PWD/build/web/node_modules node web/texts.mjs | sed 's/$/ (a text that no language can have: t`...`)/'
     node build/web/node_modules/typescript/bin/tsc -p web --pretty false | sed -E 's/\(([0-9]+),[0-9]+\): /:\1: /'
 }
 

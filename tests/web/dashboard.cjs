@@ -5,6 +5,7 @@ const fs = require('fs');
 const path = require('path');
 const { launch, open, text, waitText, press, visit, modules } = require('./browser.cjs');
 const { step, tell, failures, axe } = require('./steps.cjs');
+const { tryLonger } = require('./longer.cjs');
 
 const [url, scratch] = process.argv.slice(2);
 const DATA = path.join(__dirname, '../data/aal_subcortex');
@@ -239,6 +240,15 @@ async function main() {
         const said = await page.$$eval('ol[aria-label=Landmarks] li span', (nodes) => nodes.map((n) => n.textContent));
         // A corner of the box, whichever is nearest.
         return (said[1] === `${said[0]} 0 mm from 1` && /^(0|3), (0|2), (0|1)$/.test(said[0])) || said.join(' | ');
+    });
+    await step('texts drawn out by two fifths fit 320 pixels, and none passes by the translation', async () => {
+        const id = async (process) => (await api('GET', `/v1/jobs?process=${process}&status=successful`)).jobs[0].id;
+        const pages = ['#/', '#/meshes', `#/meshes/${mended}`, '#/cohorts', '#/cohorts/sides', '#/analyses', '#/analyses/compare-groups?cohort=sides', '#/shapes', '#/jobs',
+            `#/jobs/${await id('pca')}`, `#/jobs/${await id('asymmetry')}`, `#/jobs/${await id('encode')}`, '#/settings', '#/nowhere'];
+        await page.setViewport({ width: 320, height: 700 });
+        const drawn = await tryLonger(page, pages);
+        await page.setViewport({ width: 1280, height: 900 });
+        return drawn;
     });
     tell(found.length === 0, 'no error, no word of the policy, no request to another host', found.join(' | '));
     await browser.close();

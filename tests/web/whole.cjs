@@ -6,6 +6,7 @@ const path = require('path');
 const { launch, meter, open, text, waitText, press, visit, modules } = require('./browser.cjs');
 const { PAYLOADS } = require('./hostile.cjs');
 const { step, tell, failures, axe, note } = require('./steps.cjs');
+const { tryLonger } = require('./longer.cjs');
 
 const [url, scratch] = process.argv.slice(2);
 const json = { 'Content-Type': 'application/json' };
@@ -227,6 +228,12 @@ async function main() {
             if (wide > 322) return `${hash}, ${await page.title()}: ${wide}`;
         }
         await page.setViewport({ width: 1280, height: 900 });
+    });
+    await step('nor where texts are longer by two fifths', async () => {
+        await page.setViewport({ width: 320, height: 700 });
+        const drawn = await tryLonger(page, pages);
+        await page.setViewport({ width: 1280, height: 900 });
+        return drawn;
     });
     await step('a map is read under the pointer', async () => {
         await visit(page, `#/jobs/${of('compare-groups')}`);

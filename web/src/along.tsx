@@ -2,6 +2,7 @@
 import { useEffect, useMemo, useState } from 'preact/hooks';
 import { between, blend, boundsOf, copyOf } from './geometry';
 import type { Surface3 } from './glb';
+import { t } from './i18n';
 import { aNumber, aText, maybe, oneOf, useKept } from './kept';
 import { ColourBar, mapOf, nameOfMap, paintedBy } from './maps';
 import { axesOf, commonOf, linesOf, textOfPoint } from './series';
@@ -42,10 +43,10 @@ function Moving({ line, shapes, at, axis, map, all, energies }: {
     const said = `${line.text ? `${line.text}, ` : ''}${axis} ${figure(at)}`;
     return (
         <figure class="shape">
-            <View parts={parts} camera={linked} version={version} look={look} label={`Predicted shape, ${said}`} />
+            <View parts={parts} camera={linked} version={version} look={look} label={t`Predicted shape, ${said}`} />
             {shown && <ColourBar map={shown} />}
             <figcaption class="row">
-                <span>{said} <span class="quiet">{at < line.places[0] || at > line.places.at(-1)! ? 'beyond what was predicted' : exact < 0 ? 'between predicted shapes' : `predicted${typeof energy === 'number' ? `, relative energy ${figure(energy, 2)}` : ''}`}</span></span>
+                <span>{said} <span class="quiet">{at < line.places[0] || at > line.places.at(-1)! ? t`beyond what was predicted` : exact < 0 ? t`between predicted shapes` : t`predicted${typeof energy === 'number' ? t`, relative energy ${figure(energy, 2)}` : ''}`}</span></span>
                 <span class="no-report"><PictureButtons parts={parts} camera={linked} look={look} name="predicted" map={shown} /></span>
             </figcaption>
         </figure>
@@ -80,26 +81,25 @@ export function Along({ predictions }: { predictions: Prediction[] }) {
     const here = at ?? low;
     const common = textOfPoint(commonOf(points));
     return (
-        <Shown of={loaded} label="predicted shapes">{(shapes) => {
+        <Shown of={loaded} label={t`predicted shapes`}>{(shapes) => {
             const names = [...new Set(shapes.flatMap((s) => s.fields.map((f) => f.name)))];
             return (
                 <>
                     <div class="row tools no-report">
-                        {axes.length > 1 && <label>Along <select value={axis} onChange={(e) => { setAt(undefined); setAxis(e.currentTarget.value); }}>
+                        {axes.length > 1 && <label>{t`Along`} <select value={axis} onChange={(e) => { setAt(undefined); setAxis(e.currentTarget.value); }}>
                             {axes.map((name) => <option>{name}</option>)}
                         </select></label>}
-                        {names.length > 0 && <label>Map <select value={map} onChange={(e) => setMap(e.currentTarget.value)}>
-                            <option value="">none</option>{names.map((name) => <option value={name}>{nameOfMap(name)}</option>)}
+                        {names.length > 0 && <label>{t`Map`} <select value={map} onChange={(e) => setMap(e.currentTarget.value)}>
+                            <option value="">{t`none`}</option>{names.map((name) => <option value={name}>{nameOfMap(name)}</option>)}
                         </select></label>}
-                        <button onClick={() => setPlaying(!playing)} aria-pressed={playing}>{playing ? 'Stop' : 'Play'}</button>
+                        <button onClick={() => setPlaying(!playing)} aria-pressed={playing}>{playing ? t`Stop` : t`Play`}</button>
                         <label class="row grow"><span>{axis} <output>{figure(here)}</output></span>
-                            <input class="grow" type="range" list="predicted-places" min={low} max={high} step={(high - low) / 200} value={here} aria-label={`${axis} of the predicted shapes`}
+                            <input class="grow" type="range" list="predicted-places" min={low} max={high} step={(high - low) / 200} value={here} aria-label={t`${axis} of the predicted shapes`}
                                 onInput={(e) => { setPlaying(false); setAt(+e.currentTarget.value); }} /></label>
                         <datalist id="predicted-places">{places.map((p) => <option value={p} />)}</datalist>
                     </div>
                     <div class="split">{lines.slice(0, LINES_MAX).map((line) => <Moving key={`${axis} ${line.text}`} line={line} shapes={shapes} at={here} axis={axis} map={map} all={shapes} energies={energies} />)}</div>
-                    <p class="quiet">{common ? `All at ${common}. ` : ''}Shapes were predicted at {axis} {places.map((p) => figure(p)).join(', ')}; between them they are interpolated.
-                        {lines.length > LINES_MAX ? ` ${lines.length - LINES_MAX} more lines are not shown.` : ''}</p>
+                    <p class="quiet">{t`${common ? t`All at ${common}. ` : ''}Shapes were predicted at ${axis} ${places.map((p) => figure(p)).join(', ')}; between them they are interpolated.${lines.length > LINES_MAX ? t` ${lines.length - LINES_MAX} more lines are not shown.` : ''}`}</p>
                     {map && shapes[0].fields.find((f) => f.name === map)?.meaning && <p class="quiet">{shapes[0].fields.find((f) => f.name === map)!.meaning}</p>}
                 </>
             );

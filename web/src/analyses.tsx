@@ -5,6 +5,7 @@ import { go, link, useRoute } from './router';
 import { mayChange, refreshJobs } from './state';
 import { namesIn, withTerm } from './formula';
 import { NumbersField, PartsField, PointsField, SendShape, levelsOf, namesOfPoints } from './fields';
+import { t } from './i18n';
 import { Page, ProblemBox, Shown, later, size, span, useLoad } from './ui';
 
 const LandmarkField = later<any>(() => import('./landmark_field').then((m) => m.LandmarkField));
@@ -12,17 +13,17 @@ const GroupLandmarkField = later<any>(() => import('./landmark_field').then((m) 
 
 /** Processes by what they are asked about, those of cohorts first; what is not named here stands last. */
 const KINDS: [string, string[]][] = [
-    ['Of a cohort', ['pca', 'mean', 'compare-groups', 'classify', 'regress', 'distances', 'neighbours', 'evaluate-model', 'report']],
-    ['Of subjects with several visits, sides or structures', ['change', 'trajectories', 'asymmetry', 'pca-parts', 'classify-parts']],
-    ['Of a new shape, by what is known', ['score', 'project', 'train', 'train-parts', 'predict', 'modes', 'sample']],
-    ['Of two shapes or three', ['geodesic', 'register', 'shoot', 'transport', 'transfer']],
-    ['Of a mesh or a segmentation', ['extract', 'repair', 'mirror', 'encode', 'invert']],
+    [t`Of a cohort`, ['pca', 'mean', 'compare-groups', 'classify', 'regress', 'distances', 'neighbours', 'evaluate-model', 'report']],
+    [t`Of subjects with several visits, sides or structures`, ['change', 'trajectories', 'asymmetry', 'pca-parts', 'classify-parts']],
+    [t`Of a new shape, by what is known`, ['score', 'project', 'train', 'train-parts', 'predict', 'modes', 'sample']],
+    [t`Of two shapes or three`, ['geodesic', 'register', 'shoot', 'transport', 'transfer']],
+    [t`Of a mesh or a segmentation`, ['extract', 'repair', 'mirror', 'encode', 'invert']],
 ];
 
 function sorted(items: api.Item<'processes'>[]): [string, api.Item<'processes'>[]][] {
     const known = new Set(KINDS.flatMap(([, ids]) => ids));
     const kinds = KINDS.map(([title, ids]): [string, api.Item<'processes'>[]] => [title, ids.flatMap((id) => items.filter((p) => p.id === id))]);
-    return [...kinds, ['Others', items.filter((p) => !known.has(p.id))] as [string, api.Item<'processes'>[]]].filter(([, list]) => list.length > 0);
+    return [...kinds, [t`Others`, items.filter((p) => !known.has(p.id))] as [string, api.Item<'processes'>[]]].filter(([, list]) => list.length > 0);
 }
 
 export function Analyses() {
@@ -31,12 +32,12 @@ export function Analyses() {
     const models = useLoad(() => api.list('models', { limit: 20 }), []);
     const given = query.toString();
     return (
-        <Page title="Analyses">
+        <Page title={t`Analyses`}>
             {models.value && models.value.items.length > 0 && (
                 <section>
-                    <h2>Models</h2>
+                    <h2>{t`Models`}</h2>
                     <ul class="plain">{models.value.items.map((m) => (
-                        <li><a href={link('models', m.id)}>{m.name || m.madeFrom?.cohort || m.id}</a> <span class="quiet">{m.subjects} shapes, {m.components} components, degree {m.lmax}</span></li>
+                        <li><a href={link('models', m.id)}>{m.name || m.madeFrom?.cohort || m.id}</a> <span class="quiet">{t`${m.subjects} shapes, ${m.components} components, degree ${m.lmax}`}</span></li>
                     ))}</ul>
                 </section>
             )}
@@ -45,7 +46,7 @@ export function Analyses() {
                     <h2>{title}</h2>
                     <div class="cards">{list.map((p) => (
                         <a class="card" href={link('analyses', p.id) + (given ? `?${given}` : '')}>
-                            <h3>{p.title}</h3><p class="quiet">{p.description}</p>
+                            <h3 lang="en">{p.title}</h3><p class="quiet" lang="en">{p.description}</p>
                         </a>
                     ))}</div>
                 </section>
@@ -144,7 +145,7 @@ async function choicesFor(kinds: Kind[]): Promise<Choices> {
     ]);
     return {
         cohorts: cohorts.map((c) => c.name), volumes,
-        models: models.map((m) => ({ id: m.id, text: `${m.name || m.madeFrom?.cohort || m.id}, ${m.subjects} shapes, degree ${m.lmax}` })),
+        models: models.map((m) => ({ id: m.id, text: t`${m.name || m.madeFrom?.cohort || m.id}, ${m.subjects} shapes, degree ${m.lmax}` })),
         shapes: [...meshes.map((m) => ({ id: m.id, name: `${m.name || m.id} (mesh)` })), ...surfaces.map((s) => ({ id: s.id, name: `${s.name || s.id} (surface, degree ${s.lmax})` }))],
     };
 }
@@ -164,7 +165,7 @@ function Field({ input, kind, text, set, choices, hint, around }: {
     const id = `in-${input.name}`;
     const { schema } = input;
     const shared = { id, 'aria-describedby': `${id}-help`, required: input.required };
-    const range = schema.minimum !== undefined || schema.maximum !== undefined ? `${schema.minimum ?? ''} to ${schema.maximum ?? ''}` : '';
+    const range = schema.minimum !== undefined || schema.maximum !== undefined ? t`${schema.minimum ?? ''} to ${schema.maximum ?? ''}` : '';
     const wanted = new RegExp(patternOf(schema));
     const shapes = choices.shapes.filter((s) => wanted.test(s.id));
     const options = alternatives(schema).flatMap((f) => f.enum ?? f.items?.enum ?? []).filter((v, i, all) => all.indexOf(v) === i);
@@ -177,11 +178,11 @@ function Field({ input, kind, text, set, choices, hint, around }: {
         </select>
     );
     let field;
-    if (kind === 'cohort') field = select(choices.cohorts.map((c) => [c, c]), input.required ? 'choose a cohort' : 'none');
-    else if (kind === 'model') field = select(choices.models.map((m) => [m.id, m.text]), input.required ? 'choose a model' : 'none');
-    else if (kind === 'volume') field = select(choices.volumes.map((v) => [v.id, v.name || v.id]), 'choose a segmentation');
+    if (kind === 'cohort') field = select(choices.cohorts.map((c) => [c, c]), input.required ? t`choose a cohort` : 'none');
+    else if (kind === 'model') field = select(choices.models.map((m) => [m.id, m.text]), input.required ? t`choose a model` : 'none');
+    else if (kind === 'volume') field = select(choices.volumes.map((v) => [v.id, v.name || v.id]), t`choose a segmentation`);
     else if (kind === 'shape' || kind === 'within') {
-        field = <SendShape able={wanted.test('mesh-00000000000000000000000000000000')} sent={(s) => { around.sent(s); set(s.id); }}>{select(shapes.map((s) => [s.id, s.name]), input.required ? 'choose a shape' : 'none')}</SendShape>;
+        field = <SendShape able={wanted.test('mesh-00000000000000000000000000000000')} sent={(s) => { around.sent(s); set(s.id); }}>{select(shapes.map((s) => [s.id, s.name]), input.required ? t`choose a shape` : 'none')}</SendShape>;
     } else if (kind === 'shapes') {
         field = (
             <SendShape able={wanted.test('mesh-00000000000000000000000000000000')} sent={(s) => { around.sent(s); set(text ? `${text},${s.id}` : s.id); }}>
@@ -194,7 +195,7 @@ function Field({ input, kind, text, set, choices, hint, around }: {
     else if (kind === 'choices') {
         const chosen = new Set(text.split(/[,\s]+/).filter(Boolean));
         return (
-            <fieldset aria-describedby={`${id}-help`}><legend>{input.title}</legend>
+            <fieldset aria-describedby={`${id}-help`}><legend lang="en">{input.title}</legend>
                 {options.map((o) => (
                     <label class="check"><input type="checkbox" checked={chosen.has(`${o}`)} onChange={() => {
                         if (!chosen.delete(`${o}`)) chosen.add(`${o}`);
@@ -214,47 +215,47 @@ function Field({ input, kind, text, set, choices, hint, around }: {
     } else if (kind === 'landmarks') {
         const ends = endsOf(schema)!;
         return (
-            <fieldset aria-describedby={`${id}-help`} class="wide"><legend>{input.title} <span class="quiet">optional</span></legend>
+            <fieldset aria-describedby={`${id}-help`} class="wide"><legend lang="en">{input.title} <span class="quiet">{t`optional`}</span></legend>
                 <LandmarkField key={ends.map((end) => around.texts[end]).join()} ends={ends} ids={ends.map((end) => around.texts[end] ?? '')} text={text} set={set} />
-                <p class="help" id={`${id}-help`}>Click places that correspond on both shapes, in the same order. Those held out do not guide: they tell how well the rest corresponds.</p>
+                <p class="help" id={`${id}-help`}>{t`Click places that correspond on both shapes, in the same order. Those held out do not guide: they tell how well the rest corresponds.`}</p>
             </fieldset>
         );
     } else if (kind === 'group landmarks') {
         const ids = around.members.length ? around.members.map((m) => m.id) : valueOf('shapes', around.texts.surfaces ?? '', schema) as string[] | undefined ?? [];
         return (
-            <fieldset aria-describedby={`${id}-help`} class="wide"><legend>{input.title} <span class="quiet">optional</span></legend>
+            <fieldset aria-describedby={`${id}-help`} class="wide"><legend lang="en">{input.title} <span class="quiet">{t`optional`}</span></legend>
                 <GroupLandmarkField key={ids.join()} ids={ids} text={text} set={set} />
-                <p class="help" id={`${id}-help`}>Points that correspond in all members, in the same order. Those held out do not guide: they tell how well the rest corresponds.</p>
+                <p class="help" id={`${id}-help`}>{t`Points that correspond in all members, in the same order. Those held out do not guide: they tell how well the rest corresponds.`}</p>
             </fieldset>
         );
     } else if (kind === 'parts') {
         return (
-            <fieldset aria-describedby={`${id}-help`}><legend>{input.title}</legend>
+            <fieldset aria-describedby={`${id}-help`}><legend lang="en">{input.title}</legend>
                 <PartsField id={id} names={around.parts ?? []} shapes={choices.shapes} text={text} set={set} sent={around.sent} />
-                <p class="help" id={`${id}-help`}>A shape for each structure of the model. Each is registered to the mean of its structure.</p>
+                <p class="help" id={`${id}-help`}>{t`A shape for each structure of the model. Each is registered to the mean of its structure.`}</p>
             </fieldset>
         );
     } else if (kind === 'points' || kind === 'weights') {
         return (
-            <fieldset aria-describedby={`${id}-help`}><legend>{kind === 'points' ? 'Predict shapes at' : input.title} <span class="quiet">optional</span></legend>
+            <fieldset aria-describedby={`${id}-help`}><legend lang={kind === 'points' ? undefined : 'en'}>{kind === 'points' ? t`Predict shapes at` : input.title} <span class="quiet">{t`optional`}</span></legend>
                 {kind === 'points' ? <PointsField id={id} names={namesOfPoints(around.process, around.texts)} members={around.members} text={text} set={set} />
                     : <NumbersField id={id} names={levelsOf(around.members, around.texts.by || 'label')} text={text} set={set} />}
-                <p class="help" id={`${id}-help`}>{kind === 'points' ? 'What is left empty is at its mean, or at its first level.' : input.description}</p>
+                <p class="help" id={`${id}-help`}>{kind === 'points' ? t`What is left empty is at its mean, or at its first level.` : input.description}</p>
             </fieldset>
         );
     } else if (kind === 'number') {
         field = <input {...shared} type="number" step={hasType(schema, 'integer') ? 1 : 'any'} min={schema.minimum} max={schema.maximum} value={text} onInput={(e) => set(e.currentTarget.value)} />;
-    } else field = <input {...shared} type="text" value={text} placeholder={input.name === 'formula' ? 'shape ~ age + sex' : undefined} onInput={(e) => set(e.currentTarget.value)} />;
+    } else field = <input {...shared} type="text" value={text} placeholder={input.name === 'formula' ? t`shape ~ age + sex` : undefined} onInput={(e) => set(e.currentTarget.value)} />;
     const listed = input.name === 'covariates' && kind === 'texts';
     const terms = input.name === 'formula' ? namesOfMembers(around.members).filter((name) => !name.includes('`') && !namesIn(text).includes(name))
         : listed ? numbersOf(around.members).filter((name) => !/[,;]/.test(name) && !(valueOf(kind, text, schema) as string[] | undefined)?.includes(name)) : [];
     const withName = (name: string) => (listed ? [...(valueOf(kind, text, schema) as string[] | undefined ?? []), name].join(', ') : withTerm(text, name));
     return (
         <div class="field">
-            <label for={id}>{input.title}{input.required ? '' : <span class="quiet"> optional</span>}</label>
+            <label for={id}>{input.title}{input.required ? '' : <span class="quiet"> {t`optional`}</span>}</label>
             {field}
             {terms.length > 0 && <div class="actions">{terms.slice(0, 20).map((name) => <button type="button" onClick={() => set(withName(name))}>{`+ ${name}`}</button>)}</div>}
-            <p class="help" id={`${id}-help`}>{input.description}{range ? ` From ${range}.` : ''}{hint ? ` ${hint}` : ''}</p>
+            <p class="help" id={`${id}-help`}>{input.description}{range ? t` From ${range}.` : ''}{hint ? ` ${hint}` : ''}</p>
         </div>
     );
 }
@@ -272,7 +273,7 @@ const numbersOf = (members: api.Member[]): string[] => [...new Set(members.flatM
 
 function columnsOf(members: api.Member[]): string {
     const all = namesOfMembers(members);
-    return all.length ? `Members of this cohort have ${all.slice(0, 40).join(', ')}.` : '';
+    return all.length ? t`Members of this cohort have ${all.slice(0, 40).join(', ')}.` : '';
 }
 
 /** The inputs as they are sent: what is not the default, and what must be there. */
@@ -288,7 +289,7 @@ function inputsOf(process: api.Process, kinds: Kind[], texts: Record<string, str
 
 const PAUSE_MS = 400; // after the last change, before an estimate is asked for
 
-const about = (seconds: number): string => (seconds < 1 ? 'less than a second' : `about ${span(seconds < 10 ? seconds : +seconds.toPrecision(2))}`);
+const about = (seconds: number): string => (seconds < 1 ? t`less than a second` : t`about ${span(seconds < 10 ? seconds : +seconds.toPrecision(2))}`);
 
 /** What the service expects of these inputs, or why it would refuse them, before anything is started. */
 function Expected({ process, kinds, texts, parts }: { process: api.Process; kinds: Kind[]; texts: Record<string, string>; parts?: string[] }) {
@@ -309,18 +310,18 @@ function Expected({ process, kinds, texts, parts }: { process: api.Process; kind
             stop.abort();
         };
     }, [process.id, asked, whole]);
-    if (!whole || !found) return <p class="quiet" role="status">{whole ? 'Estimating…' : lacks.length ? `Choose a shape for ${lacks.join(', ')}.` : ''}</p>;
+    if (!whole || !found) return <p class="quiet" role="status">{whole ? t`Estimating…` : lacks.length ? t`Choose a shape for ${lacks.join(', ')}.` : ''}</p>;
     const problem = found.error instanceof api.Failure ? found.error.problem : undefined;
     if (problem?.status === 422) {
         return <p class="wrong" role="status">{[...(problem.errors ?? []).map((e) => `${e.pointer.replace('/inputs/', '').replace('/inputs', '')}: ${e.detail}`.replace(/^: /, '')), ...(problem.errors ? [] : [problem.detail])].join(' ')}</p>;
     }
     const { estimate } = found;
-    if (!estimate) return <p class="quiet" role="status">No estimate.</p>;
+    if (!estimate) return <p class="quiet" role="status">{t`No estimate.`}</p>;
     const seconds = estimate.estimatedSeconds;
     return (
         <p class="quiet" role="status" aria-busy={found.asked !== asked}>
-            {seconds === null ? 'How long it takes depends on more than its inputs.' : `Takes ${about(seconds)} of one processor, give or take a factor of three; nothing if it is known already.`}
-            {estimate.estimatedBytes !== null && ` Needs about ${size(estimate.estimatedBytes)} of memory; a job may have ${size(estimate.memoryLimit)}.`}
+            {seconds === null ? t`How long it takes depends on more than its inputs.` : t`Takes ${about(seconds)} of one processor, give or take a factor of three; nothing if it is known already.`}
+            {estimate.estimatedBytes !== null && t` Needs about ${size(estimate.estimatedBytes)} of memory; a job may have ${size(estimate.memoryLimit)}.`}
         </p>
     );
 }
@@ -383,7 +384,7 @@ export function Form({ id }: { id: string }) {
         setBusy(false);
     };
     return (
-        <Shown of={loaded} page label="the form">{({ process, kinds, choices }) => {
+        <Shown of={loaded} page label={t`the form`}>{({ process, kinds, choices }) => {
             const fields = process.inputs.map((input, i) => ({ input, kind: kinds[i] })).filter(({ input, kind }) => isAsked(input, kind, kinds))
                 .sort((a, b) => +(b.kind === 'cohort') - +(a.kind === 'cohort'));
             const all = { ...choices, shapes: [...sent, ...choices.shapes] };
@@ -394,16 +395,16 @@ export function Form({ id }: { id: string }) {
             const fine = fields.filter((f) => FINE.test(f.input.name) && !f.input.required);
             return (
                 <Page title={process.title}>
-                    <p>{process.description}</p>
+                    <p lang="en">{process.description}</p>
                     <form onSubmit={submit} class="form">
                         {fields.filter((f) => !fine.includes(f)).map(show)}
-                        {fine.length > 0 && <details><summary>Options that are good as they are</summary>{fine.map(show)}</details>}
-                        <div class="field"><label for="job-name">Name <span class="quiet">optional</span></label>
+                        {fine.length > 0 && <details><summary>{t`Options that are good as they are`}</summary>{fine.map(show)}</details>}
+                        <div class="field"><label for="job-name">{t`Name`} <span class="quiet">{t`optional`}</span></label>
                             <input id="job-name" type="text" maxLength={255} value={name} placeholder={usualName(process, texts)} onInput={(e) => setName(e.currentTarget.value)} />
-                            <p class="help">For the list of jobs and the report.</p></div>
+                            <p class="help">{t`For the list of jobs and the report.`}</p></div>
                         <Expected process={process} kinds={kinds} texts={asked(process, kinds)} parts={partsOfModel} />
                         {error ? <ProblemBox error={error} /> : null}
-                        <button class="main" disabled={busy || !mayChange()}>{mayChange() ? 'Start' : 'A viewer may not start analyses'}</button>
+                        <button class="main" disabled={busy || !mayChange()}>{mayChange() ? t`Start` : t`A viewer may not start analyses`}</button>
                     </form>
                 </Page>
             );

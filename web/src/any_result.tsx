@@ -1,6 +1,7 @@
 // Results of any process, by what their members are: the page of a process that has no view of its own.
 import { DataTable } from './charts';
 import { Findings } from './findings';
+import { t } from './i18n';
 import { Linked } from './paths';
 import { link } from './router';
 import { figure } from './ui';
@@ -18,8 +19,8 @@ const words = (name: string): string => name.replace(/([a-z0-9])([A-Z])/g, '$1 $
 function textOf(v: any): string {
     if (v === null || v === undefined) return '–';
     if (typeof v === 'number') return figure(v, 5);
-    if (typeof v === 'boolean') return v ? 'yes' : 'no';
-    if (Array.isArray(v)) return v.map(textOf).join(', ') || 'none';
+    if (typeof v === 'boolean') return v ? t`yes` : t`no`;
+    if (Array.isArray(v)) return v.map(textOf).join(', ') || t`none`;
     return typeof v === 'object' ? Object.entries(v).map(([name, one]) => `${words(name)}: ${textOf(one)}`).join('; ') : `${v}`;
 }
 
@@ -44,14 +45,14 @@ function Part({ name, value, depth }: { name: string; value: any; depth: number 
     const first = value.find((v) => v !== null);
     if (Array.isArray(first)) {
         const few = value.length <= SIDE_MAX && first.length <= SIDE_MAX && first.every(isScalar);
-        return <>{head}{few ? <DataTable rows={[first.map((_: unknown, i: number) => `${i + 1}`), ...value.map((row) => (row ?? []).map((v: any) => (typeof v === 'number' ? v : textOf(v))))]} /> : <p class="quiet">{value.length} by {first.length} values: they are in the results as JSON.</p>}</>;
+        return <>{head}{few ? <DataTable rows={[first.map((_: unknown, i: number) => `${i + 1}`), ...value.map((row) => (row ?? []).map((v: any) => (typeof v === 'number' ? v : textOf(v))))]} /> : <p class="quiet">{t`${value.length} by ${first.length} values: they are in the results as JSON.`}</p>}</>;
     }
-    if (isScalar(first)) return <>{head}<p class="quiet">{value.length} values, {value.slice(0, SHORT).map(textOf).join(', ')}, …: they are in the results as JSON.</p></>;
+    if (isScalar(first)) return <>{head}<p class="quiet">{t`${value.length} values, ${value.slice(0, SHORT).map(textOf).join(', ')}, …: they are in the results as JSON.`}</p></>;
     const columns = [...new Set(value.flatMap((row) => Object.keys(row ?? {})))].filter((c) => value.some((row) => row?.[c] !== undefined && row[c] !== null && fits(row[c])));
     return (
         <>{head}
             <DataTable rows={[columns.map(words), ...value.slice(0, ROWS_MAX).map((row) => columns.map((c) => (typeof row?.[c] === 'number' ? row[c] : fits(row?.[c] ?? null) ? textOf(row?.[c]) : '…')))]} />
-            {value.length > ROWS_MAX && <p class="quiet">and {value.length - ROWS_MAX} more.</p>}
+            {value.length > ROWS_MAX && <p class="quiet">{t`and ${value.length - ROWS_MAX} more.`}</p>}
         </>
     );
 }
@@ -79,10 +80,10 @@ export function AnyResult({ result }: { result: object }) {
     return (
         <>
             <div class="gallery">{shapes.slice(0, 40).map((s) => (
-                <div><Linked id={s.id} title={s.name} /><a class="no-report" href={link(s.id.startsWith('mesh-') ? 'meshes' : 'shapes', s.id)}>Open, download</a></div>
+                <div><Linked id={s.id} title={s.name} /><a class="no-report" href={link(s.id.startsWith('mesh-') ? 'meshes' : 'shapes', s.id)}>{t`Open, download`}</a></div>
             ))}</div>
-            {shapes.length > 40 && <p class="quiet">and {shapes.length - 40} more: they are among the shapes.</p>}
-            {isRecord(model, 'model-') && <p><a href={link('models', model.id)}>The model</a></p>}
+            {shapes.length > 40 && <p class="quiet">{t`and ${shapes.length - 40} more: they are among the shapes.`}</p>}
+            {isRecord(model, 'model-') && <p><a href={link('models', model.id)}>{t`The model`}</a></p>}
             <Findings result={result} />
             <Members of={result} depth={0} />
         </>

@@ -2,6 +2,7 @@
 // {items, next} or under the name of what they list ({jobs, links}), job ids as id or jobID, what is unknown as null or
 // not at all, links as a map or as an array: pages see one form of each.
 import type { Answer, Cohort, Estimate, Inputs, Item, JobDocument, JobStatus, List, Method, Outputs, Problem, ProcessId, Received, Route, SendRoute, Sent } from './documents';
+import { t } from './i18n';
 
 export type * from './documents';
 
@@ -61,13 +62,13 @@ async function problemOf(response: Response): Promise<Problem> {
         const said = /^\s*</.test(text) ? '' : text.slice(0, 300);
         return {
             status: response.status, code: `http-${response.status}`, title: response.statusText,
-            detail: said || `The service answered ${response.status}.`,
+            detail: said || t`The service answered ${response.status}.`,
         };
     }
 }
 
 export const offline = (): Failure =>
-    new Failure({ status: 0, code: 'no-answer', title: 'No answer', detail: 'The service does not answer.' });
+    new Failure({ status: 0, code: 'no-answer', title: t`No answer`, detail: t`The service does not answer.` });
 
 export async function request(path: string, options: RequestInit = {}): Promise<Response> {
     let response: Response;

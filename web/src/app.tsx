@@ -2,6 +2,7 @@
 import { render } from 'preact';
 import { useEffect, useRef } from 'preact/hooks';
 import { Home } from './home';
+import { t } from './i18n';
 import { begin, link, useRoute } from './router';
 import type { Route } from './router';
 import { Settings } from './settings';
@@ -24,8 +25,8 @@ const Admin = later(() => import('./admin').then((m) => m.Admin));
 const SurfacePage = later<{ id: string }>(() => import('./shapes').then((m) => m.SurfacePage));
 
 const PLACES: [path: string, title: string, key: string][] = [
-    ['', 'Home', 'h'], ['meshes', 'Meshes', 'm'], ['cohorts', 'Cohorts', 'c'], ['analyses', 'Analyses', 'a'],
-    ['shapes', 'Shapes', 's'], ['jobs', 'Jobs', 'j'], ['settings', 'Settings', 't'],
+    ['', t`Home`, 'h'], ['meshes', t`Meshes`, 'm'], ['cohorts', t`Cohorts`, 'c'], ['analyses', t`Analyses`, 'a'],
+    ['shapes', t`Shapes`, 's'], ['jobs', t`Jobs`, 'j'], ['settings', t`Settings`, 't'],
 ];
 
 const PAGES: Record<string, (id: string | undefined) => preact.JSX.Element> = {
@@ -44,22 +45,22 @@ const PAGES: Record<string, (id: string | undefined) => preact.JSX.Element> = {
 function Content({ route }: { route: Route }) {
     const page = PAGES[route.path[0] ?? ''];
     if (page) return page(route.path[1]);
-    return <Page title="Nothing here"><p>There is no page of this address. <a href="#/">Back to the start</a></p></Page>;
+    return <Page title={t`Nothing here`}><p>{t`There is no page of this address.`} <a href="#/">{t`Back to the start`}</a></p></Page>;
 }
 
 const KEYS: [string, string][] = [
-    ['g, then h m c a s j t', 'go to a place'], ['/', 'search'], ['?', 'this list'],
-    ['arrows', 'turn the shape that has the focus'], ['+ and -', 'nearer, farther'], ['0', 'the first view'],
-    ['1 to 6', 'views from the six sides'], ['L', 'link or part the views'],
-    ['Space', 'play, or choose'], ['Esc', 'close'],
+    [t`g, then h m c a s j t`, t`go to a place`], ['/', 'search'], ['?', t`this list`],
+    ['arrows', t`turn the shape that has the focus`], ['+ and -', t`nearer, farther`], ['0', t`the first view`],
+    ['1 to 6', t`views from the six sides`], ['L', t`link or part the views`],
+    [t`Space`, t`play, or choose`], [t`Esc`, 'close'],
 ];
 
 function Help({ opened }: { opened: { current: HTMLDialogElement | null } }) {
     return (
-        <dialog ref={opened} aria-label="Keys">
-            <h2>Keys</h2>
+        <dialog ref={opened} aria-label={t`Keys`}>
+            <h2>{t`Keys`}</h2>
             <dl class="keys">{KEYS.map(([key, what]) => <><dt><kbd>{key}</kbd></dt><dd>{what}</dd></>)}</dl>
-            <button onClick={() => opened.current?.close()}>Close</button>
+            <button onClick={() => opened.current?.close()}>{t`Close`}</button>
         </dialog>
     );
 }
@@ -94,8 +95,8 @@ function Banner() {
     if (state === 'up') return null;
     return (
         <div class="banner" role="alert">
-            {state === 'down' ? 'The service does not answer. What you see may be old; the page goes on when it answers again.'
-                : <>This service asks for a token. <a href="#/settings">Enter it</a></>}
+            {state === 'down' ? t`The service does not answer. What you see may be old; the page goes on when it answers again.`
+                : <>{t`This service asks for a token.`} <a href="#/settings">{t`Enter it`}</a></>}
         </div>
     );
 }
@@ -117,17 +118,17 @@ function App() {
     const here = { volumes: 'meshes', models: 'analyses', admin: 'settings' }[route.path[0]] ?? route.path[0] ?? '';
     return (
         <div class="frame">
-            <a class="skip" href="#main" onClick={(e) => { e.preventDefault(); document.querySelector<HTMLElement>('main h1')?.focus(); }}>Skip to the page</a>
-            <nav aria-label="Places">
+            <a class="skip" href="#main" onClick={(e) => { e.preventDefault(); document.querySelector<HTMLElement>('main h1')?.focus(); }}>{t`Skip to the page`}</a>
+            <nav aria-label={t`Places`}>
                 <a class="brand" href="#/">srnfd</a>
                 <ul>{PLACES.map(([path, title]) => (
                     <li key={path}>
                         <a href={path ? link(path) : '#/'} aria-current={here === path ? 'page' : undefined}>
-                            {title}{path === 'jobs' && running > 0 ? <span class="count" aria-label={`${running} active`}>{running}</span> : null}
+                            {title}{path === 'jobs' && running > 0 ? <span class="count" aria-label={t`${running} active`}>{running}</span> : null}
                         </a>
                     </li>
                 ))}</ul>
-                <button class="plain-button" onClick={() => help.current?.showModal()}>Keys <kbd>?</kbd></button>
+                <button class="plain-button" onClick={() => help.current?.showModal()}>{t`Keys`} <kbd>?</kbd></button>
             </nav>
             <main id="main">
                 <Banner />

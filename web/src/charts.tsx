@@ -2,6 +2,7 @@
 import type { ComponentChildren } from 'preact';
 import { useMemo, useRef, useState } from 'preact/hooks';
 import { colourAt, colourText, groupLook } from './colours';
+import { t } from './i18n';
 import { csv, figure, save } from './text';
 
 export type Rows = (string | number | null)[][];
@@ -41,12 +42,12 @@ export function Chart({ title, name, rows, children }: { title: string; name: st
             <figcaption>{title}</figcaption>
             {children}
             <div class="actions no-report">
-                <button onClick={() => save(`${name}.svg`, svgText(svg()), 'image/svg+xml')} aria-label={`${title} as SVG`}>SVG</button>
-                <button onClick={async () => save(`${name}.png`, await svgPicture(svg()))} aria-label={`${title} as PNG`}>PNG</button>
-                {rows && <button onClick={() => save(`${name}.csv`, csv(rows), 'text/csv;charset=utf-8')} aria-label={`${title} as CSV`}>CSV</button>}
+                <button onClick={() => save(`${name}.svg`, svgText(svg()), 'image/svg+xml')} aria-label={t`${title} as SVG`}>{t`SVG`}</button>
+                <button onClick={async () => save(`${name}.png`, await svgPicture(svg()))} aria-label={t`${title} as PNG`}>{t`PNG`}</button>
+                {rows && <button onClick={() => save(`${name}.csv`, csv(rows), 'text/csv;charset=utf-8')} aria-label={t`${title} as CSV`}>{t`CSV`}</button>}
             </div>
             {rows && rows.length <= 400 && (
-                <details class="no-report"><summary>As a table</summary><DataTable rows={rows} /></details>
+                <details class="no-report"><summary>{t`As a table`}</summary><DataTable rows={rows} /></details>
             )}
         </figure>
     );
@@ -55,7 +56,7 @@ export function Chart({ title, name, rows, children }: { title: string; name: st
 export function DataTable({ rows }: { rows: Rows }) {
     const [head, ...body] = rows;
     return (
-        <div class="scroll" tabIndex={0} role="region" aria-label={`Table: ${head.filter((c) => c !== null && c !== '').slice(0, 6).join(', ')}`}>
+        <div class="scroll" tabIndex={0} role="region" aria-label={t`Table: ${head.filter((c) => c !== null && c !== '').slice(0, 6).join(', ')}`}>
             <table><thead><tr>{head.map((c) => <th scope="col">{c}</th>)}</tr></thead>
                 <tbody>{body.map((r) => <tr>{r.map((c) => <td>{typeof c === 'number' ? figure(c, 4) : c}</td>)}</tr>)}</tbody></table>
         </div>
@@ -120,7 +121,7 @@ export function Legend({ groups }: { groups: string[] }) {
                 const { colour, path } = groupLook(groups, g);
                 return <g transform={place(i)}><title>{g}</title><path d={path} fill={colour} /><text x="10" y="4" font-size="11" fill="currentColor">{g.length > 12 ? `${g.slice(0, 11)}…` : g}</text></g>;
             })}
-            {groups.length > shown.length && <text transform={place(shown.length)} y="4" font-size="11" fill="currentColor">and {groups.length - shown.length} more</text>}
+            {groups.length > shown.length && <text transform={place(shown.length)} y="4" font-size="11" fill="currentColor">{t`and ${groups.length - shown.length} more`}</text>}
         </>
     );
 }
@@ -139,8 +140,8 @@ export function Scatter({ title, name, dots, labels, chosen, onChoose, equal }: 
     const px = (v: number) => 60 + ((v - x[0]) / (x[1] - x[0])) * 350;
     const py = (v: number) => 290 - ((v - y[0]) / (y[1] - y[0])) * 270;
     return (
-        <Chart title={title} name={name} rows={[['name', 'group', ...labels], ...dots.map((d) => [d.name, d.group ?? '', d.x, d.y] as Rows[0])]}>
-            <svg viewBox={`0 0 420 ${groups.length > LEGEND_COLUMNS ? 366 : 350}`} role="group" aria-label={`${title}: ${dots.length} shapes${onChoose ? '; Enter on one shows it' : ''}`}>
+        <Chart title={title} name={name} rows={[[t`name`, t`group`, ...labels], ...dots.map((d) => [d.name, d.group ?? '', d.x, d.y] as Rows[0])]}>
+            <svg viewBox={`0 0 420 ${groups.length > LEGEND_COLUMNS ? 366 : 350}`} role="group" aria-label={t`${title}: ${dots.length} shapes${onChoose ? t`; Enter on one shows it` : ''}`}>
                 <Axes x={x} y={y} box={[60, 20, 410, 290]} labels={labels} />
                 {dots.map((d, i) => {
                     const { colour, path } = groupLook(groups, d.group);
@@ -170,7 +171,7 @@ export function Spread({ title, values, at, width = 3 }: { title: string; values
     const mean = (list: number[]) => list.reduce((a, b) => a + b, 0) / list.length;
     const said = lines.map((g) => {
         const own = values.filter((v) => !g || v.group === g).map((v) => v.value);
-        return `${g ? `${g}: ` : ''}mean ${figure(mean(own), 2)}, from ${figure(Math.min(...own), 2)} to ${figure(Math.max(...own), 2)}`;
+        return t`${g ? `${g}: ` : ''}mean ${figure(mean(own), 2)}, from ${figure(Math.min(...own), 2)} to ${figure(Math.max(...own), 2)}`;
     });
     return (
         <svg class="spread" viewBox={`0 0 320 ${14 * lines.length + 4}`} role="img" aria-label={`${title}. ${said.join('; ')}`}>
@@ -190,12 +191,12 @@ export function Variance({ explained, cumulative }: { explained: (number | null)
     const n = Math.min(explained.length, 20);
     const width = 340 / n;
     return (
-        <Chart title="Variance of the components" name="variance" rows={[['component', 'explained', 'cumulative'], ...explained.map((e, i) => [i + 1, e, cumulative[i]])]}>
-            <svg viewBox="0 0 420 350" role="img" aria-label={`Variance explained: ${explained.slice(0, 5).map((e, i) => `component ${i + 1} ${Math.round(100 * (e ?? 0))} %`).join(', ')}`}>
-                <Axes x={[0.5, n + 0.5]} y={[0, 1]} box={[60, 20, 410, 290]} labels={['component', 'share of the variance']} />
+        <Chart title={t`Variance of the components`} name="variance" rows={[[t`component`, t`explained`, t`cumulative`], ...explained.map((e, i) => [i + 1, e, cumulative[i]])]}>
+            <svg viewBox="0 0 420 350" role="img" aria-label={t`Variance explained: ${explained.slice(0, 5).map((e, i) => t`component ${i + 1} ${Math.round(100 * (e ?? 0))} %`).join(', ')}`}>
+                <Axes x={[0.5, n + 0.5]} y={[0, 1]} box={[60, 20, 410, 290]} labels={[t`component`, t`share of the variance`]} />
                 {explained.slice(0, n).map((e, i) => <rect x={65 + i * width} y={290 - 270 * (e ?? 0)} width={width * 0.7} height={270 * (e ?? 0)} fill="#0072b2" />)}
                 <path d={`M${cumulative.slice(0, n).map((c, i) => `${65 + (i + 0.35) * width} ${290 - 270 * (c ?? 0)}`).join('L')}`} fill="none" stroke="#d55e00" stroke-width="2" />
-                <text x="235" y="338" font-size="11" text-anchor="middle" fill="currentColor">bars: each; line: all so far</text>
+                <text x="235" y="338" font-size="11" text-anchor="middle" fill="currentColor">{t`bars: each; line: all so far`}</text>
             </svg>
         </Chart>
     );
@@ -207,8 +208,8 @@ export function Curve({ title, name, points, labels }: { title: string; name: st
     const px = (v: number) => 60 + ((v - x[0]) / (x[1] - x[0])) * 350;
     const py = (v: number) => 290 - ((v - y[0]) / (y[1] - y[0])) * 270;
     return (
-        <Chart title={title} name={name} rows={[[labels[0], labels[1], 'standard error'], ...points.map((p) => [p.x, p.y, p.error ?? null])]}>
-            <svg viewBox="0 0 420 350" role="img" aria-label={`${title}: from ${figure(points[0]?.y)} to ${figure(points.at(-1)?.y)}`}>
+        <Chart title={title} name={name} rows={[[labels[0], labels[1], t`standard error`], ...points.map((p) => [p.x, p.y, p.error ?? null])]}>
+            <svg viewBox="0 0 420 350" role="img" aria-label={t`${title}: from ${figure(points[0]?.y)} to ${figure(points.at(-1)?.y)}`}>
                 <Axes x={x} y={y} box={[60, 20, 410, 290]} labels={labels} />
                 <path d={`M${points.map((p) => `${px(p.x)} ${py(p.y)}`).join('L')}`} fill="none" stroke="#0072b2" stroke-width="2" />
                 {points.map((p) => <>{p.error ? <path d={`M${px(p.x)} ${py(p.y - p.error)}V${py(p.y + p.error)}`} stroke="currentColor" /> : null}<circle cx={px(p.x)} cy={py(p.y)} r="3" fill="#0072b2" /></>)}
@@ -223,11 +224,11 @@ export function Intervals({ rows, chance, title = 'Accuracy', name = 'accuracy',
     const height = 50 + 30 * rows.length;
     const at = (v: number) => 130 + 260 * v;
     return (
-        <Chart title={`${title}, with 95 % intervals`} name={name} rows={[[heading, 'accuracy', 'low', 'high', 'p'], ...rows.map((r) => [r.name, r.value, r.low, r.high, r.p ?? null])]}>
-            <svg viewBox={`0 0 420 ${height}`} role="img" aria-label={rows.map((r) => `${r.name}: ${figure(r.value, 2)}, ${figure(r.low, 2)} to ${figure(r.high, 2)}`).join('; ')}>
+        <Chart title={t`${title}, with 95 % intervals`} name={name} rows={[[heading, t`accuracy`, t`low`, t`high`, 'p'], ...rows.map((r) => [r.name, r.value, r.low, r.high, r.p ?? null])]}>
+            <svg viewBox={`0 0 420 ${height}`} role="img" aria-label={rows.map((r) => t`${r.name}: ${figure(r.value, 2)}, ${figure(r.low, 2)} to ${figure(r.high, 2)}`).join('; ')}>
                 {[0, 0.25, 0.5, 0.75, 1].map((v) => <><path d={`M${at(v)} 10V${height - 30}`} stroke="currentColor" stroke-opacity=".15" /><text x={at(v)} y={height - 14} font-size="11" text-anchor="middle" fill="currentColor">{v}</text></>)}
                 <path d={`M${at(chance)} 10V${height - 30}`} stroke="#d55e00" stroke-dasharray="4 3" />
-                <text x={at(chance)} y={height - 2} font-size="10" text-anchor="middle" fill="currentColor">by chance</text>
+                <text x={at(chance)} y={height - 2} font-size="10" text-anchor="middle" fill="currentColor">{t`by chance`}</text>
                 {rows.map((r, i) => (
                     <g transform={`translate(0 ${25 + 30 * i})`}>
                         <text x="8" y="4" font-size="12" fill="currentColor">{r.name}</text>
@@ -245,16 +246,16 @@ export function Confusion({ classes, counts, title }: { classes: string[]; count
     const side = Math.min(60, 240 / n);
     const most = Math.max(1, ...counts.flat());
     return (
-        <Chart title={title} name="confusion" rows={[['is', ...classes.map((c) => `taken for ${c}`)], ...counts.map((r, i) => [classes[i], ...r])]}>
-            <svg class="narrow" viewBox={`0 0 ${130 + side * n} ${60 + side * n}`} role="img" aria-label={counts.map((r, i) => `${classes[i]}: ${r.map((v, k) => `${v} taken for ${classes[k]}`).join(', ')}`).join('; ')}>
+        <Chart title={title} name="confusion" rows={[[t`is`, ...classes.map((c) => t`taken for ${c}`)], ...counts.map((r, i) => [classes[i], ...r])]}>
+            <svg class="narrow" viewBox={`0 0 ${130 + side * n} ${60 + side * n}`} role="img" aria-label={counts.map((r, i) => `${classes[i]}: ${r.map((v, k) => t`${v} taken for ${classes[k]}`).join(', ')}`).join('; ')}>
                 {counts.map((row, i) => row.map((v, k) => (
                     <g><rect x={120 + k * side} y={40 + i * side} width={side - 1} height={side - 1} fill={i === k ? '#0072b2' : '#d55e00'} fill-opacity={0.12 + 0.88 * (v / most)} />
                         <text x={120 + (k + 0.5) * side} y={44 + (i + 0.5) * side} text-anchor="middle" font-size="13" fill={v / most > 0.5 ? '#ffffff' : 'currentColor'}>{v}</text></g>
                 )))}
                 {classes.map((c, i) => <><text x="114" y={44 + (i + 0.5) * side} text-anchor="end" font-size="12" fill="currentColor">{c}</text>
                     <text x={120 + (i + 0.5) * side} y="34" text-anchor="middle" font-size="12" fill="currentColor">{c}</text></>)}
-                <text x="120" y="14" font-size="11" fill="currentColor">taken for</text>
-                <text x="114" y="34" font-size="11" text-anchor="end" fill="currentColor">is</text>
+                <text x="120" y="14" font-size="11" fill="currentColor">{t`taken for`}</text>
+                <text x="114" y="34" font-size="11" text-anchor="end" fill="currentColor">{t`is`}</text>
             </svg>
         </Chart>
     );
@@ -374,14 +375,14 @@ export function HeatMap({ labels, matrix, chosen, onChoose }: { labels: string[]
     };
     const row = chosen === undefined ? undefined : place.get(chosen);
     return (
-        <Chart title="Distances, in the order of the tree" name="distances" rows={[['', ...labels], ...matrix.map((r, i) => [labels[i], ...r])]}>
-            <svg viewBox="0 0 480 400" role="group" aria-label={`Distances between ${n} shapes; the greatest is ${figure(most)}`}>
+        <Chart title={t`Distances, in the order of the tree`} name="distances" rows={[['', ...labels], ...matrix.map((r, i) => [labels[i], ...r])]}>
+            <svg viewBox="0 0 480 400" role="group" aria-label={t`Distances between ${n} shapes; the greatest is ${figure(most)}`}>
                 <path d={lines} fill="none" stroke="currentColor" stroke-width={n > CELLS_MAX ? 0.5 : 1} />
                 {cells}
                 {row !== undefined && <path d={`${way}M10 ${60 + row * side}h300v${side}h-300ZM${10 + row * side} 60h${side}v300h${-side}Z`} fill="none" stroke="#d55e00" stroke-width="1.5" />}
                 <rect class="dot" x="10" y="60" width="300" height="300" fill="transparent" onPointerLeave={() => setHere('')}
                     onClick={(e) => { const [i, j] = under(e); onChoose(i === chosen ? j : i); }}
-                    onPointerMove={(e) => { const [i, j] = under(e); setHere(`${labels[i]} and ${labels[j]}: ${figure(matrix[i][j])}`); }} />
+                    onPointerMove={(e) => { const [i, j] = under(e); setHere(t`${labels[i]} and ${labels[j]}: ${figure(matrix[i][j])}`); }} />
                 {n <= CELLS_MAX ? tree.leaves.map((i, at) => (
                     <text x="316" y={60 + (at + 0.5) * side + 4} font-size={Math.min(11, side)} fill="currentColor" class="dot" font-weight={chosen === i ? 'bold' : 'normal'} tabindex={0} role="button" aria-pressed={chosen === i}
                         onClick={() => onChoose(i)} onKeyDown={(e) => { if (e.key === 'Enter') onChoose(i); }}>{labels[i].slice(0, 26)}</text>
@@ -404,14 +405,14 @@ export function Reliability({ title, name, bins }: { title: string; name: string
     const px = (v: number) => 60 + v * 270;
     const py = (v: number) => 290 - v * 270;
     return (
-        <Chart title={title} name={name} rows={[['said', 'so', 'low', 'high', 'members'], ...seen.map((b) => [b.meanProbability, b.observed, b.interval?.[0] ?? null, b.interval?.[1] ?? null, b.members])]}>
-            <svg viewBox="0 0 420 350" role="img" aria-label={`${title}. ${seen.map((b) => `said ${figure(b.meanProbability, 2)}, so ${figure(b.observed, 2)} of ${b.members}`).join('; ')}`}>
-                <Axes x={[0, 1]} y={[0, 1]} box={[60, 20, 330, 290]} labels={['probability that was said', 'share that was so']} />
+        <Chart title={title} name={name} rows={[[t`said`, t`so`, t`low`, t`high`, t`members`], ...seen.map((b) => [b.meanProbability, b.observed, b.interval?.[0] ?? null, b.interval?.[1] ?? null, b.members])]}>
+            <svg viewBox="0 0 420 350" role="img" aria-label={`${title}. ${seen.map((b) => t`said ${figure(b.meanProbability, 2)}, so ${figure(b.observed, 2)} of ${b.members}`).join('; ')}`}>
+                <Axes x={[0, 1]} y={[0, 1]} box={[60, 20, 330, 290]} labels={[t`probability that was said`, t`share that was so`]} />
                 <path d={`M${px(0)} ${py(0)}L${px(1)} ${py(1)}`} stroke="currentColor" stroke-dasharray="4 3" stroke-opacity=".6" />
                 {seen.map((b) => (
                     <g>
                         {typeof b.interval?.[0] === 'number' && <path d={`M${px(b.meanProbability!)} ${py(b.interval[0]!)}V${py(b.interval[1]!)}`} stroke="currentColor" />}
-                        <circle cx={px(b.meanProbability!)} cy={py(b.observed!)} r={3 + Math.min(6, Math.sqrt(b.members))} fill="#0072b2" fill-opacity=".8"><title>{`${b.members} members`}</title></circle>
+                        <circle cx={px(b.meanProbability!)} cy={py(b.observed!)} r={3 + Math.min(6, Math.sqrt(b.members))} fill="#0072b2" fill-opacity=".8"><title>{t`${b.members} members`}</title></circle>
                     </g>
                 ))}
             </svg>

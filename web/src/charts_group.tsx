@@ -1,5 +1,6 @@
 // Charts of a group: how far each member is from the mean, landmarks of all members, and what each structure says alone.
 import { Chart, Intervals, Scatter } from './charts';
+import { t } from './i18n';
 import { figure } from './text';
 
 // ---- Distances from the mean ---------------------------------------------------------------------------------------
@@ -13,7 +14,7 @@ export const hasDistances = (result: any): boolean => Array.isArray(result.label
 export function MemberDistances({ result, chosen, onChoose }: { result: any; chosen?: number; onChoose?: (i: number) => void }) {
     const order: number[] = result.distances.map((_: unknown, i: number) => i).sort((a: number, b: number) => result.distances[a] - result.distances[b]);
     const dots = order.map((i, rank) => ({ x: rank + 1, y: result.distances[i], name: result.labels[i], group: result.groups?.[i] }));
-    return <Scatter title="How far each member is from the mean" name="members" dots={dots} labels={['members, in this order', 'distance from the mean']}
+    return <Scatter title={t`How far each member is from the mean`} name="members" dots={dots} labels={[t`members, in this order`, t`distance from the mean`]}
         chosen={chosen === undefined ? undefined : order.indexOf(chosen)} onChoose={onChoose && dots.length <= PRESSED_MAX ? (rank) => onChoose(order[rank]) : undefined} />;
 }
 
@@ -32,14 +33,14 @@ export function GroupLandmarks({ points }: { points: GroupPoint[] }) {
     const height = 46 + 20 * points.length;
     const at = (v: number | null) => 130 + (270 * (v ?? 0)) / most;
     return (
-        <Chart title="Distance that is left at each landmark" name="landmarks" rows={[['landmark', 'held out', 'root mean square', 'most', 'angle, root mean square', 'angle, most'],
-            ...points.map((p, i) => [i + 1, p.heldOut ? 'yes' : 'no', p.rmsDistance, p.maxDistance, p.rmsAngle, p.maxAngle])]}>
-            <svg viewBox={`0 0 420 ${height}`} role="img" aria-label={points.map((p, i) => `landmark ${i + 1}${p.heldOut ? ', held out' : ''}: ${figure(p.rmsDistance)}, at most ${figure(p.maxDistance)}`).join('; ')}>
+        <Chart title={t`Distance that is left at each landmark`} name="landmarks" rows={[[t`landmark`, t`held out`, t`root mean square`, t`most`, t`angle, root mean square`, t`angle, most`],
+            ...points.map((p, i) => [i + 1, p.heldOut ? t`yes` : t`no`, p.rmsDistance, p.maxDistance, p.rmsAngle, p.maxAngle])]}>
+            <svg viewBox={`0 0 420 ${height}`} role="img" aria-label={points.map((p, i) => t`landmark ${i + 1}${p.heldOut ? t`, held out` : ''}: ${figure(p.rmsDistance)}, at most ${figure(p.maxDistance)}`).join('; ')}>
                 {points.map((p, i) => {
                     const colour = p.heldOut ? '#d55e00' : '#0072b2';
                     return (
                         <g transform={`translate(0 ${16 + 20 * i})`}>
-                            <text x="120" y="4" font-size="11" text-anchor="end" fill="currentColor">landmark {i + 1}</text>
+                            <text x="120" y="4" font-size="11" text-anchor="end" fill="currentColor">{t`landmark ${i + 1}`}</text>
                             <path d={`M130 0H${at(p.maxDistance)}M${at(p.maxDistance)} -5V5`} stroke={colour} stroke-width="2" fill="none" />
                             <circle cx={at(p.rmsDistance)} cy="0" r="5" fill={p.heldOut ? 'none' : colour} stroke={p.heldOut ? colour : 'none'} stroke-width="2" />
                         </g>
@@ -47,14 +48,14 @@ export function GroupLandmarks({ points }: { points: GroupPoint[] }) {
                 })}
                 <text x="130" y={height - 20} font-size="11" fill="currentColor">0</text>
                 <text x="400" y={height - 20} font-size="11" text-anchor="end" fill="currentColor">{figure(most)}</text>
-                <text x="265" y={height - 6} font-size="11" text-anchor="middle" fill="currentColor">circle: over the members; end: at most; rings: held out</text>
+                <text x="265" y={height - 6} font-size="11" text-anchor="middle" fill="currentColor">{t`circle: over the members; end: at most; rings: held out`}</text>
             </svg>
         </Chart>
     );
 }
 
 /** What is left at landmarks, in words. */
-export const leftAt = (of: any): string => (isMet(of.maxAngle) ? 'all of them met exactly' : `${figure(of.rmsDistance)} in the mean (root of squares), ${figure(of.maxDistance)} at most`);
+export const leftAt = (of: any): string => (isMet(of.maxAngle) ? t`all of them met exactly` : t`${figure(of.rmsDistance)} in the mean (root of squares), ${figure(of.maxDistance)} at most`);
 
 // ---- What each structure says alone --------------------------------------------------------------------------------
 
@@ -65,6 +66,6 @@ export function PartIntervals({ result, method }: { result: any; method: string 
     const row = (name: string, m: any) => ({ name, value: m.accuracy, low: m.confidenceInterval[0], high: m.confidenceInterval[1], p: m.pValue });
     const parts = result.parts.filter((p: any) => p.methods[method]);
     const short = (name: string) => (name.length > 17 ? `${name.slice(0, 16)}…` : name);
-    return <Intervals title={`${method}: all structures together, and each alone`} name={`structures-${method}`} heading="structure" chance={Math.max(result.chance, result.majorityRate)}
-        rows={[row('all together', result.methods[method]), ...parts.map((p: any) => row(short(p.name), p.methods[method]))]} />;
+    return <Intervals title={t`${method}: all structures together, and each alone`} name={`structures-${method}`} heading="structure" chance={Math.max(result.chance, result.majorityRate)}
+        rows={[row(t`all together`, result.methods[method]), ...parts.map((p: any) => row(short(p.name), p.methods[method]))]} />;
 }

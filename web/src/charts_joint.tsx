@@ -1,6 +1,7 @@
 // Charts of several structures together, of neighbours, landmarks and percentiles.
 import { Axes, Chart, DataTable, Scatter, Variance } from './charts';
 import { GROUPS } from './colours';
+import { t } from './i18n';
 import { figure } from './text';
 
 // ---- Several structures ----------------------------------------------------------------------------------------------
@@ -15,8 +16,8 @@ export function Shares({ names, shares }: { names: string[]; shares: number[][] 
     const height = 30 + 24 * rows.length;
     const colour = (p: number) => GROUPS[p % GROUPS.length];
     return (
-        <Chart title="Whose variance each component is" name="shares" rows={[['component', ...names], ...shares.map((row, k) => [k + 1, ...row])]}>
-            <svg viewBox={`0 0 420 ${height + 18 * Math.ceil(names.length / 3)}`} role="img" aria-label={rows.map((row, k) => `component ${k + 1}: ${row.map((v, p) => `${names[p]} ${Math.round(100 * v)} %`).join(', ')}`).join('; ')}>
+        <Chart title={t`Whose variance each component is`} name="shares" rows={[[t`component`, ...names], ...shares.map((row, k) => [k + 1, ...row])]}>
+            <svg viewBox={`0 0 420 ${height + 18 * Math.ceil(names.length / 3)}`} role="img" aria-label={rows.map((row, k) => t`component ${k + 1}: ${row.map((v, p) => `${names[p]} ${Math.round(100 * v)} %`).join(', ')}`).join('; ')}>
                 {rows.map((row, k) => {
                     let left = 40;
                     return (
@@ -48,7 +49,7 @@ export function JointCharts({ result, chosen, onChoose }: { result: any; chosen?
     const dots = result.scores.map((s: number[], i: number) => ({ x: s[0] / sd(0), y: s[second] / sd(second), name: result.subjects?.[i] ?? `${i + 1}`, group: result.groups?.[i] }));
     return (
         <>
-            <Scatter title="Scores of the subjects" name="scores" dots={dots} labels={['component 1 (sd)', `component ${second + 1} (sd)`]} chosen={chosen} onChoose={onChoose} />
+            <Scatter title={t`Scores of the subjects`} name="scores" dots={dots} labels={[t`component 1 (sd)`, t`component ${second + 1} (sd)`]} chosen={chosen} onChoose={onChoose} />
             {result.shares && <Shares names={names} shares={result.shares.map((row: number[]) => row.slice(0, names.length))} />}
             <Variance explained={result.explained} cumulative={result.cumulative} />
         </>
@@ -81,9 +82,9 @@ export function NeighbourCharts({ result, chosen, onChoose }: { result: any; cho
     const rows = agreement(result);
     return (
         <>
-            <Scatter title="How far each member's nearest is" name="nearest" dots={dots} labels={['members, in this order', 'distance to the nearest']}
+            <Scatter title={t`How far each member's nearest is`} name="nearest" dots={dots} labels={[t`members, in this order`, t`distance to the nearest`]}
                 chosen={chosen === undefined ? undefined : order.indexOf(chosen)} onChoose={onChoose && dots.length <= PRESSED_MAX ? (rank) => onChoose(order[rank]) : undefined} />
-            {rows.length > 1 && <div><p>How many of the nearest have the same label:</p><DataTable rows={[['label', 'share of the nearest with it', 'by chance'], ...rows]} /></div>}
+            {rows.length > 1 && <div><p>{t`How many of the nearest have the same label:`}</p><DataTable rows={[[t`label`, t`share of the nearest with it`, t`by chance`], ...rows]} /></div>}
         </>
     );
 }
@@ -99,11 +100,11 @@ export const neighbourRows = (result: any): (string | number)[][] => [
 export function LandmarkChart({ points, names }: { points: { distance: number | null; angle: number | null; heldOut: boolean }[]; names?: string[] }) {
     const most = Math.max(...points.map((p) => p.distance ?? 0)) || 1e-12;
     const height = 46 + 20 * points.length;
-    const name = (i: number) => names?.[i] ?? `landmark ${i + 1}`;
+    const name = (i: number) => names?.[i] ?? t`landmark ${i + 1}`;
     const at = (v: number) => 130 + (270 * v) / most;
     return (
-        <Chart title="Distance that is left at each landmark" name="landmarks" rows={[['landmark', 'held out', 'distance', 'angle'], ...points.map((p, i) => [name(i), p.heldOut ? 'yes' : 'no', p.distance, p.angle])]}>
-            <svg viewBox={`0 0 420 ${height}`} role="img" aria-label={points.map((p, i) => `${name(i)}${p.heldOut ? ', held out' : ''}: ${figure(p.distance)}`).join('; ')}>
+        <Chart title={t`Distance that is left at each landmark`} name="landmarks" rows={[[t`landmark`, t`held out`, t`distance`, t`angle`], ...points.map((p, i) => [name(i), p.heldOut ? t`yes` : t`no`, p.distance, p.angle])]}>
+            <svg viewBox={`0 0 420 ${height}`} role="img" aria-label={points.map((p, i) => `${name(i)}${p.heldOut ? t`, held out` : ''}: ${figure(p.distance)}`).join('; ')}>
                 {points.map((p, i) => (
                     <g transform={`translate(0 ${16 + 20 * i})`}>
                         <text x="120" y="4" font-size="11" text-anchor="end" fill="currentColor">{name(i)}</text>
@@ -113,7 +114,7 @@ export function LandmarkChart({ points, names }: { points: { distance: number | 
                 ))}
                 <text x="130" y={height - 20} font-size="11" fill="currentColor">0</text>
                 <text x="400" y={height - 20} font-size="11" text-anchor="end" fill="currentColor">{figure(most)}</text>
-                <text x="265" y={height - 6} font-size="11" text-anchor="middle" fill="currentColor">in the units of the moving surface; rings: held out</text>
+                <text x="265" y={height - 6} font-size="11" text-anchor="middle" fill="currentColor">{t`in the units of the moving surface; rings: held out`}</text>
             </svg>
         </Chart>
     );
@@ -131,15 +132,15 @@ export function Percentiles({ checks }: { checks: { name: string; percentiles: n
     const sorted = checks.map((c) => ({ ...c, found: [...c.percentiles].sort((a, b) => a - b).map((y, i): [number, number] => [(100 * (i + 0.5)) / n, y]) }));
     const edge = (sign: number) => Array.from({ length: 51 }, (_, i) => at(2 * i, 2 * i + sign * band));
     return (
-        <Chart title="Percentiles of members left out: on the diagonal if they are what they say" name="percentiles"
-            rows={[['expected', ...sorted.map((c) => c.name)], ...sorted[0].found.map(([x], i) => [x, ...sorted.map((c) => c.found[i][1])])]}>
-            <svg viewBox="0 0 420 366" role="img" aria-label={`Percentiles of ${n} members that were left out. ${sorted.map((c) => `${c.name}: differs from uniform by ${figure(c.distance)}, p ${figure(c.pValue)}`).join('; ')}`}>
+        <Chart title={t`Percentiles of members left out: on the diagonal if they are what they say`} name="percentiles"
+            rows={[[t`expected`, ...sorted.map((c) => c.name)], ...sorted[0].found.map(([x], i) => [x, ...sorted.map((c) => c.found[i][1])])]}>
+            <svg viewBox="0 0 420 366" role="img" aria-label={t`Percentiles of ${n} members that were left out. ${sorted.map((c) => t`${c.name}: differs from uniform by ${figure(c.distance)}, p ${figure(c.pValue)}`).join('; ')}`}>
                 <path d={`M${edge(1).join('L')}L${edge(-1).reverse().join('L')}Z`} fill="currentColor" fill-opacity=".08" />
-                <Axes x={[0, 100]} y={[0, 100]} box={[60, 20, 410, 290]} labels={['expected percentile', 'found']} />
+                <Axes x={[0, 100]} y={[0, 100]} box={[60, 20, 410, 290]} labels={[t`expected percentile`, t`found`]} />
                 <path d={`M${at(0, 0)}L${at(100, 100)}`} stroke="currentColor" stroke-dasharray="4 3" stroke-opacity=".6" />
                 {sorted.map((c, k) => <path d={`M${c.found.map(([x, y]) => at(x, y)).join('L')}`} fill="none" stroke={GROUPS[k]} stroke-width="2" stroke-dasharray={['', '7 3', '2 3'][k]} />)}
                 {sorted.map((c, k) => <g transform={`translate(${62 + 120 * k} 342)`}><path d="M0 -4H22" stroke={GROUPS[k]} stroke-width="2" stroke-dasharray={['', '7 3', '2 3'][k]} /><text x="27" font-size="11" fill="currentColor">{c.name}</text></g>)}
-                <text x="235" y="360" font-size="11" text-anchor="middle" fill="currentColor">shaded: where 95 % of right ones stay</text>
+                <text x="235" y="360" font-size="11" text-anchor="middle" fill="currentColor">{t`shaded: where 95 % of right ones stay`}</text>
             </svg>
         </Chart>
     );

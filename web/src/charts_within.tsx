@@ -1,5 +1,6 @@
 // Charts of what differs within subjects: amounts with their intervals, and what each subject does.
 import { Chart, ticks } from './charts';
+import { t } from './i18n';
 import { figure } from './text';
 
 const LEFT = 150;
@@ -11,8 +12,8 @@ export function Amounts({ title, name, unit, rows }: { title: string; name: stri
     const height = 52 + 30 * rows.length;
     const at = (v: number) => LEFT + ((RIGHT - LEFT) * Math.max(0, v)) / most;
     return (
-        <Chart title={title} name={name} rows={[['what', unit, 'low', 'high'], ...rows.map((r) => [r.name, r.value, r.low, r.high])]}>
-            <svg viewBox={`0 0 420 ${height}`} role="img" aria-label={rows.map((r) => `${r.name}: ${figure(r.value)}, ${figure(r.low)} to ${figure(r.high)} ${unit}`).join('; ')}>
+        <Chart title={title} name={name} rows={[[t`what`, unit, t`low`, t`high`], ...rows.map((r) => [r.name, r.value, r.low, r.high])]}>
+            <svg viewBox={`0 0 420 ${height}`} role="img" aria-label={rows.map((r) => t`${r.name}: ${figure(r.value)}, ${figure(r.low)} to ${figure(r.high)} ${unit}`).join('; ')}>
                 {ticks(0, most).map((v) => <><path d={`M${at(v)} 10V${height - 40}`} stroke="currentColor" stroke-opacity=".15" /><text x={at(v)} y={height - 24} font-size="11" text-anchor="middle" fill="currentColor">{figure(v)}</text></>)}
                 <text x={(LEFT + RIGHT) / 2} y={height - 6} font-size="11" text-anchor="middle" fill="currentColor">{unit}</text>
                 {rows.map((r, i) => (
@@ -44,14 +45,14 @@ export function Subjects({ title, unit, subjects, chosen, onChoose }: {
     const at = (v: number) => LEFT + ((RIGHT - LEFT) * (v - low)) / (high - low);
     const bottom = 16 + line * subjects.length;
     const against = subjects.filter((s) => s.along < 0).length;
-    const said = (s: Subject) => `${s.name}: ${figure(s.along)} along the mean, ${figure(s.length)} in all, ${unit}`;
+    const said = (s: Subject) => t`${s.name}: ${figure(s.along)} along the mean, ${figure(s.length)} in all, ${unit}`;
     const press = (i: number) => ({
         tabindex: 0, role: 'button' as const, class: 'dot', 'aria-pressed': chosen === i, 'aria-label': said(subjects[i]), onClick: () => onChoose!(i),
         onKeyDown: (e: KeyboardEvent) => { if (e.key === 'Enter' || e.key === ' ') { onChoose!(i); e.preventDefault(); } },
     });
     return (
-        <Chart title={title} name="subjects" rows={[['subject', 'along the mean', 'length'], ...subjects.map((s) => [s.name, s.along, s.length])]}>
-            <svg viewBox={`0 0 420 ${bottom + 52}`} role="group" aria-label={`${title}: ${subjects.length} subjects, ${against} against the mean${onChoose ? '; Enter on one shows it' : ''}`}>
+        <Chart title={title} name="subjects" rows={[[t`subject`, t`along the mean`, t`length`], ...subjects.map((s) => [s.name, s.along, s.length])]}>
+            <svg viewBox={`0 0 420 ${bottom + 52}`} role="group" aria-label={t`${title}: ${subjects.length} subjects, ${against} against the mean${onChoose ? t`; Enter on one shows it` : ''}`}>
                 {ticks(low, high).map((v) => <><path d={`M${at(v)} 10V${bottom}`} stroke="currentColor" stroke-opacity={v === 0 ? 0.6 : 0.15} /><text x={at(v)} y={bottom + 15} font-size="11" text-anchor="middle" fill="currentColor">{figure(v)}</text></>)}
                 {few && order.map((i, row) => <text x={LEFT - 12} y={20 + line * (row + 0.5)} font-size="11" text-anchor="end" fill="currentColor">{shortened(subjects[i].name)}</text>)}
                 {order.map((i, row) => {
@@ -67,7 +68,7 @@ export function Subjects({ title, unit, subjects, chosen, onChoose }: {
                     );
                 })}
                 <text x={(LEFT + RIGHT) / 2} y={bottom + 31} font-size="11" text-anchor="middle" fill="currentColor">{unit}</text>
-                <text x={(LEFT + RIGHT) / 2} y={bottom + 46} font-size="11" text-anchor="middle" fill="currentColor">bar: along the mean of all; ring: in all</text>
+                <text x={(LEFT + RIGHT) / 2} y={bottom + 46} font-size="11" text-anchor="middle" fill="currentColor">{t`bar: along the mean of all; ring: in all`}</text>
             </svg>
         </Chart>
     );

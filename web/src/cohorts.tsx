@@ -6,6 +6,7 @@ import { go, link } from './router';
 import { Value, jobs, mayChange, say, useValue } from './state';
 import { LongTable, Page, ProblemBox, Shown, Sure, csv, later, plural, save, useLoad, when } from './ui';
 import { DropZone, STATUS, Uploads } from './home';
+import { t } from './i18n';
 import { freeName, match, sideOf, tableOf } from './upload';
 
 const Gallery = later<any>(() => import('./shape').then((m) => m.Gallery));
@@ -13,12 +14,12 @@ const Gallery = later<any>(() => import('./shape').then((m) => m.Gallery));
 export function Cohorts() {
     const cohorts = useLoad(() => api.list('cohorts', { limit: 200 }), []);
     return (
-        <Page title="Cohorts">
+        <Page title={t`Cohorts`}>
             <Undelete />
             {mayChange() && <DropZone compact />}
             <Uploads />
             <Shown of={cohorts}>{(page) => page.items.length === 0
-                ? <p class="quiet">No cohort yet. Drop meshes with a table, choose some under <a href="#/meshes">Meshes</a>, or load the example from the <a href="#/">start</a>.</p>
+                ? <p class="quiet">{t`No cohort yet. Drop meshes with a table, choose some under`} <a href="#/meshes">{t`Meshes`}</a>{t`, or load the example from the`} <a href="#/">{t`start`}</a>.</p>
                 : <div class="cards">{page.items.map((c) => (
                     <a class="card" href={link('cohorts', c.name)}><h2>{c.name}</h2><p class="quiet">{plural(c.memberCount, 'member')}, {when(c.created)}</p></a>
                 ))}</div>}</Shown>
@@ -29,42 +30,42 @@ export function Cohorts() {
 /** Questions that people ask, the process that answers each, and what the cohort lacks for it: nothing or a word. */
 type Question = [id: string, title: string, text: string, lacks?: (members: api.Member[]) => string | false];
 const differ = (values: unknown[]): boolean => new Set(values.filter((v) => v !== null && v !== undefined && v !== '')).size > 1;
-const twoLabels = (members: api.Member[]) => !differ(members.map((m) => m.label)) && 'needs two labels';
+const twoLabels = (members: api.Member[]) => !differ(members.map((m) => m.label)) && t`needs two labels`;
 const partsOf = (members: api.Member[]) => members.map((m) => m.covariates?.part);
 const QUESTIONS: Question[] = [
-    ['pca', 'Mean and components', 'How do these shapes vary?'],
-    ['compare-groups', 'Compare groups', 'Do two groups differ, and where?', twoLabels],
-    ['classify', 'Classify', 'Can the group be told from the shape?', twoLabels],
-    ['distances', 'Distances', 'Which shapes are alike?'],
-    ['mean', 'Mean', 'The shape in the middle'],
-    ['evaluate-model', 'Quality', 'How well does a model describe them?'],
-    ['regress', 'Linear model', 'How does shape depend on covariates?'],
-    ['change', 'Change', 'What happens between two visits of a subject?', (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.time))) && 'needs subjects and two times'],
-    ['asymmetry', 'Asymmetry', 'How do left and right sides differ?', (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.side))) && 'needs subjects and both sides'],
-    ['trajectories', 'Trajectories', 'How do subjects change over time, and who is unlike the others?', (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.time))) && 'needs subjects and times'],
-    ['pca-parts', 'Several structures', 'How do structures of a subject vary together?', (members) => (!members.some((m) => m.subject) || !differ(partsOf(members))) && 'needs subjects and a column part'],
-    ['classify-parts', 'Classify by structures', 'Can the group be told from several structures together?', (members) => (!members.some((m) => m.subject) || !differ(partsOf(members)) ? 'needs subjects and a column part' : twoLabels(members))],
-    ['neighbours', 'Neighbours', 'Which are nearest to each?'],
-    ['train', 'Keep a classifier', 'What label will a new shape have?', twoLabels],
-    ['train-parts', 'Keep a classifier by structures', 'What label will a new subject have, by several structures?', (members) => (!members.some((m) => m.subject) || !differ(partsOf(members)) ? 'needs subjects and a column part' : twoLabels(members))],
-    ['report', 'Report', 'All that was found, as one page'],
+    ['pca', t`Mean and components`, t`How do these shapes vary?`],
+    ['compare-groups', t`Compare groups`, t`Do two groups differ, and where?`, twoLabels],
+    ['classify', t`Classify`, t`Can the group be told from the shape?`, twoLabels],
+    ['distances', t`Distances`, t`Which shapes are alike?`],
+    ['mean', t`Mean`, t`The shape in the middle`],
+    ['evaluate-model', t`Quality`, t`How well does a model describe them?`],
+    ['regress', t`Linear model`, t`How does shape depend on covariates?`],
+    ['change', t`Change`, t`What happens between two visits of a subject?`, (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.time))) && t`needs subjects and two times`],
+    ['asymmetry', t`Asymmetry`, t`How do left and right sides differ?`, (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.side))) && t`needs subjects and both sides`],
+    ['trajectories', t`Trajectories`, t`How do subjects change over time, and who is unlike the others?`, (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.time))) && t`needs subjects and times`],
+    ['pca-parts', t`Several structures`, t`How do structures of a subject vary together?`, (members) => (!members.some((m) => m.subject) || !differ(partsOf(members))) && t`needs subjects and a column part`],
+    ['classify-parts', t`Classify by structures`, t`Can the group be told from several structures together?`, (members) => (!members.some((m) => m.subject) || !differ(partsOf(members)) ? t`needs subjects and a column part` : twoLabels(members))],
+    ['neighbours', t`Neighbours`, t`Which are nearest to each?`],
+    ['train', t`Keep a classifier`, t`What label will a new shape have?`, twoLabels],
+    ['train-parts', t`Keep a classifier by structures`, t`What label will a new subject have, by several structures?`, (members) => (!members.some((m) => m.subject) || !differ(partsOf(members)) ? t`needs subjects and a column part` : twoLabels(members))],
+    ['report', t`Report`, t`All that was found, as one page`],
 ];
 
 type Row = api.Member & { name: string; at: number };
 
 /** A column of the list: what a member has there, and what a text means there. */
-interface Field { title: string; width?: string; value: (r: Row) => any; store: (text: string, member: api.Member) => Partial<api.Member> }
+interface Field { title: string; kind?: 'label' | 'mirror'; width?: string; value: (r: Row) => any; store: (text: string, member: api.Member) => Partial<api.Member> }
 const isNumber = (text: string): boolean => text.trim() !== '' && Number.isFinite(Number(text));
 const FIELDS: Field[] = [
-    { title: 'Label', value: (r) => r.label, store: (t) => ({ label: t || null }) },
-    { title: 'Subject', value: (r) => r.subject, store: (t) => ({ subject: t || null }) },
-    { title: 'Side', width: '5rem', value: (r) => r.side, store: (t) => ({ side: sideOf(t) }) },
-    { title: 'Time', width: '5rem', value: (r) => r.time, store: (t) => ({ time: isNumber(t) ? Number(t) : null }) },
-    { title: 'Mirror', width: '5rem', value: (r) => !!r.mirror, store: (t) => ({ mirror: /^(true|1|yes)$/i.test(t) }) },
+    { title: t`Label`, kind: 'label', value: (r) => r.label, store: (text) => ({ label: text || null }) },
+    { title: t`Subject`, value: (r) => r.subject, store: (text) => ({ subject: text || null }) },
+    { title: t`Side`, width: '5rem', value: (r) => r.side, store: (text) => ({ side: sideOf(text) }) },
+    { title: t`Time`, width: '5rem', value: (r) => r.time, store: (text) => ({ time: isNumber(text) ? Number(text) : null }) },
+    { title: t`Mirror`, kind: 'mirror', width: '5rem', value: (r) => !!r.mirror, store: (text) => ({ mirror: /^(true|1|yes)$/i.test(text) }) },
 ];
 const covariateField = (name: string): Field => ({
     title: name, width: '7rem', value: (r) => r.covariates?.[name],
-    store: (t, member) => ({ covariates: { ...member.covariates, [name]: t === '' ? null : isNumber(t) ? Number(t) : t } }),
+    store: (text, member) => ({ covariates: { ...member.covariates, [name]: text === '' ? null : isNumber(text) ? Number(text) : text } }),
 });
 
 /** Changes that are not saved yet, by cohort and its version: whoever looks at a shape and comes back finds them. */
@@ -107,7 +108,7 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
         try {
             await api.send('put', '/v1/cohorts/{name}/members', { name: cohort.name }, { members: list.map(clean) }, cohort.etag ? { 'If-Match': cohort.etag } : {});
             keep(NONE);
-            say('The cohort was saved');
+            say(t`The cohort was saved`);
             reload();
         } catch (e) {
             setError(e);
@@ -124,9 +125,9 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
         }
         const found = match(table, members.map((m) => ({ id: m.id, name: names.get(m.id) || m.id })));
         const by = new Map(found.members.map((m) => [m.id, m]));
-        setTold(`${found.members.length} of ${members.length} members matched`
-            + (found.rows.length ? `; rows without a member: ${found.rows.slice(0, 10).join(', ')}` : '')
-            + (found.files.length ? `; members without a row: ${found.files.slice(0, 10).join(', ')}` : ''));
+        setTold(t`${found.members.length} of ${members.length} members matched`
+            + (found.rows.length ? t`; rows without a member: ${found.rows.slice(0, 10).join(', ')}` : '')
+            + (found.files.length ? t`; members without a row: ${found.files.slice(0, 10).join(', ')}` : ''));
         if (!found.members.length) return;
         void put(members.map((m) => ({ ...m, ...by.get(m.id), covariates: { ...m.covariates, ...by.get(m.id)?.covariates } })));
         setPasting(false);
@@ -150,13 +151,13 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
         });
         keep({ ...state, changed: next });
         const [down, right] = [Math.min(lines.length, list.length - from), Math.min(lines[0].length, fields.length - column)];
-        setTold(`${down} by ${plural(right, 'cell')} pasted${lines.length > down || lines[0].length > right ? '; the rest had no place' : ''}. Save them, or undo.`);
+        setTold(t`${down} by ${plural(right, 'cell')} pasted${lines.length > down || lines[0].length > right ? t`; the rest had no place` : ''}. Save them, or undo.`);
     };
     const cell = (r: Row, index: number, list: Row[], field: Field, column: number) => {
         const value = field.value(r);
-        if (field.title === 'Mirror') return <input type="checkbox" checked={!!value} disabled={!mayChange()} aria-label={`Mirror ${r.name}`} onChange={(e) => set(r.at, { mirror: e.currentTarget.checked })} />;
+        if (field.kind === 'mirror') return <input type="checkbox" checked={!!value} disabled={!mayChange()} aria-label={t`Mirror ${r.name}`} onChange={(e) => set(r.at, { mirror: e.currentTarget.checked })} />;
         return mayChange() ? (
-            <input class="cell" value={value === null || value === undefined ? '' : `${value}`} list={field.title === 'Label' ? 'labels' : undefined} aria-label={`${field.title} of ${r.name}`}
+            <input class="cell" value={value === null || value === undefined ? '' : `${value}`} list={field.kind === 'label' ? 'labels' : undefined} aria-label={t`${field.title} of ${r.name}`}
                 onPaste={(e) => paste(e, list, index, column)}
                 onChange={(e) => set(r.at, field.store(e.currentTarget.value, r))}
                 onKeyDown={(e) => {
@@ -177,39 +178,40 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
             if (file && mayChange()) useTable(await file.text());
         }}>
             <div class="row tools">
-                <h2 class="grow">Members</h2>
-                <button onClick={table}>Table as CSV</button>
-                {mayChange() && <button onClick={() => setPasting(!pasting)} aria-expanded={pasting}>Paste a table</button>}
+                <h2 class="grow">{t`Members`}</h2>
+                <button onClick={table}>{t`Table as CSV`}</button>
+                {mayChange() && <button onClick={() => setPasting(!pasting)} aria-expanded={pasting}>{t`Paste a table`}</button>}
                 {edits > 0 && <>
-                    <button onClick={() => keep({ ...NONE, columns })}>Undo {plural(edits, 'change')}</button>
-                    <button class="main" disabled={rows.length === 0} onClick={() => put(rows)}>Save {plural(edits, 'change')}</button>
+                    <button onClick={() => keep({ ...NONE, columns })}>{t`Undo ${plural(edits, 'change')}`}</button>
+                    <button class="main" disabled={rows.length === 0} onClick={() => put(rows)}>{t`Save ${plural(edits, 'change')}`}</button>
                 </>}
             </div>
             {mayChange() && (
                 <form class="row tools" onSubmit={addColumn}>
-                    <label>New column <input type="text" value={column} maxLength={127} placeholder="age" onInput={(e) => setColumn(e.currentTarget.value)} /></label>
-                    <button disabled={!column.trim() || covariates.includes(column.trim())}>Add the column</button>
-                    <span class="quiet">A column is a covariate; it is kept with its first value. Cells of a spreadsheet can be pasted into the list. More members: choose them under <a href="#/meshes">Meshes</a>.</span>
+                    <label>{t`New column`} <input type="text" value={column} maxLength={127} placeholder={t`age`} onInput={(e) => setColumn(e.currentTarget.value)} /></label>
+                    <button disabled={!column.trim() || covariates.includes(column.trim())}>{t`Add the column`}</button>
+                    <span class="quiet">{t`A column is a covariate; it is kept with its first value. Cells of a spreadsheet can be pasted into the list. More members: choose them under`} <a href="#/meshes">{t`Meshes`}</a>.</span>
                 </form>
             )}
-            {removed.size > 0 && <p role="status">{plural(removed.size, 'member')} will leave the cohort when it is saved; the meshes stay.</p>}
+            {removed.size > 0 && <p role="status">{t`${plural(removed.size, 'member')} will leave the cohort when it is saved; the meshes stay.`}</p>}
             {pasting && (
                 <div class="card">
-                    <label>A table with a column <code>file</code>, copied from a spreadsheet or a CSV; dropping the file on the list does the same
-                        <textarea rows={6} value={text} onInput={(e) => setText(e.currentTarget.value)} placeholder={'file\tlabel\tage\nscan01\tcase\t41'} /></label>
-                    <button class="main" onClick={() => useTable(text)}>Use it</button>
+                    <label>{t`A table with a column`} <code>file</code>{t`, copied from a spreadsheet or a CSV; dropping the file on the list does the same`}
+                        <textarea rows={6} value={text} onInput={(e) => setText(e.currentTarget.value)} placeholder={t`file	label	age
+scan01	case	41`} /></label>
+                    <button class="main" onClick={() => useTable(text)}>{t`Use it`}</button>
                 </div>
             )}
             {told && <p role="status">{told}</p>}
             {error ? <ProblemBox error={error} again={reload} /> : null}
             <datalist id="labels">{labels.map((l) => <option value={l} />)}</datalist>
-            <LongTable label={`Members of ${cohort.name}`} items={rows} keyOf={(r) => `${r.at}`}
-                columns={[{ title: 'Shape', by: (r) => r.name }, ...fields.map((f) => ({ title: f.title, width: f.width, by: f.title === 'Mirror' ? undefined : f.value })),
-                    ...(mayChange() ? [{ title: 'Remove', hidden: true, width: '7rem' }] : [])]}
+            <LongTable label={t`Members of ${cohort.name}`} items={rows} keyOf={(r) => `${r.at}`}
+                columns={[{ title: t`Shape`, by: (r) => r.name }, ...fields.map((f) => ({ title: f.title, width: f.width, by: f.kind === 'mirror' ? undefined : f.value })),
+                    ...(mayChange() ? [{ title: t`Remove`, hidden: true, width: '7rem' }] : [])]}
                 row={(r, index, list) => [
                     <a href={r.id.startsWith('mesh-') ? link('meshes', r.id) : link('shapes', r.id)}>{r.name}</a>,
                     ...fields.map((field, column) => cell(r, index, list, field, column)),
-                    ...(mayChange() ? [<button aria-label={`Remove ${r.name} from the cohort`} onClick={() => keep({ ...state, removed: new Set([...removed, r.at]) })}>Remove</button>] : []),
+                    ...(mayChange() ? [<button aria-label={t`Remove ${r.name} from the cohort`} onClick={() => keep({ ...state, removed: new Set([...removed, r.at]) })}>{t`Remove`}</button>] : []),
                 ]} />
         </section>
     );
@@ -245,13 +247,13 @@ function Rename({ name, etag }: { name: string; etag?: string }) {
     };
     return (
         <>
-            <button onClick={() => { setText(name); setError(undefined); dialog.current!.showModal(); }}>Rename</button>
-            <dialog ref={dialog} aria-label={`Rename the cohort ${name}`}>
+            <button onClick={() => { setText(name); setError(undefined); dialog.current!.showModal(); }}>{t`Rename`}</button>
+            <dialog ref={dialog} aria-label={t`Rename the cohort ${name}`}>
                 <form onSubmit={rename}>
-                    <label>Name <input type="text" value={text} required maxLength={100} pattern="[A-Za-z0-9._\-]+" title="Letters, digits, dots, dashes and underscores" onInput={(e) => setText(e.currentTarget.value)} /></label>
-                    <p class="help">Letters, digits, dots, dashes and underscores. Results that were made keep the name that they were made with.</p>
+                    <label>{t`Name`} <input type="text" value={text} required maxLength={100} pattern="[A-Za-z0-9._\-]+" title={t`Letters, digits, dots, dashes and underscores`} onInput={(e) => setText(e.currentTarget.value)} /></label>
+                    <p class="help">{t`Letters, digits, dots, dashes and underscores. Results that were made keep the name that they were made with.`}</p>
                     {error ? <ProblemBox error={error} /> : null}
-                    <div class="actions"><button class="main">Rename</button><button type="button" onClick={() => dialog.current!.close()}>Keep</button></div>
+                    <div class="actions"><button class="main">{t`Rename`}</button><button type="button" onClick={() => dialog.current!.close()}>{t`Keep`}</button></div>
                 </form>
             </dialog>
         </>
@@ -276,10 +278,10 @@ function Undelete() {
         }
     };
     return (
-        <section class="card row" aria-label="Deleted">
-            <span class="grow">The cohort {gone.name} was deleted.</span>
-            <button onClick={() => void back()}>Undo</button>
-            <button aria-label="Close the word of what was deleted" onClick={() => deleted.set(null)}>Close</button>
+        <section class="card row" aria-label={t`Deleted`}>
+            <span class="grow">{t`The cohort ${gone.name} was deleted.`}</span>
+            <button onClick={() => void back()}>{t`Undo`}</button>
+            <button aria-label={t`Close the word of what was deleted`} onClick={() => deleted.set(null)}>{t`Close`}</button>
             {error ? <ProblemBox error={error} /> : null}
         </section>
     );
@@ -302,23 +304,23 @@ export function CohortPage({ name }: { name: string }) {
     };
     const download = async () => save(`${name}.zip`, await (await api.request(`/v1/cohorts/${name}/export`)).blob());
     return (
-        <Shown of={loaded} page label="the cohort">{({ cohort, names }) => {
+        <Shown of={loaded} page label={t`the cohort`}>{({ cohort, names }) => {
             const members = cohort.members ?? [];
             const labels = [...new Set(members.map((m) => m.label).filter((l) => l))];
             return (
                 <Page title={cohort.name} actions={<>
-                    <button onClick={() => void download().catch(setError)}>Study as zip</button>
+                    <button onClick={() => void download().catch(setError)}>{t`Study as zip`}</button>
                     {mayChange() && <Rename name={name} etag={cohort.etag} />}
-                    {mayChange() && <Sure onYes={() => void remove(members)} question={`Delete the cohort ${name}? Its meshes and its results stay.`}>Delete</Sure>}
+                    {mayChange() && <Sure onYes={() => void remove(members)} question={t`Delete the cohort ${name}? Its meshes and its results stay.`}>{t`Delete`}</Sure>}
                 </>}>
-                    <p class="quiet">{plural(cohort.memberCount, 'member')}{labels.length ? `, labels ${labels.map((l) => `${l} (${members.filter((m) => m.label === l).length})`).join(', ')}` : ', without labels'}</p>
+                    <p class="quiet">{plural(cohort.memberCount, 'member')}{labels.length ? t`, labels ${labels.map((l) => `${l} (${members.filter((m) => m.label === l).length})`).join(', ')}` : t`, without labels`}</p>
                     {error ? <ProblemBox error={error} /> : null}
                     {mayChange() && (
                         <div class="questions">
                             {[...QUESTIONS].sort((a, b) => +!!a[3]?.(members) - +!!b[3]?.(members)).map(([id, title, text, lacks]) => lacks?.(members)
                                 ? <span class="card off" key={id}><strong>{title}</strong><br /><span class="quiet">{lacks(members)}</span></span>
                                 : <a class="card" key={id} href={`${link('analyses', id)}?cohort=${name}`}><strong>{title}</strong><br /><span class="quiet">{text}</span></a>)}
-                            <a class="card" href={`#/analyses?cohort=${name}`}><strong>More</strong><br /><span class="quiet">every process</span></a>
+                            <a class="card" href={`#/analyses?cohort=${name}`}><strong>{t`More`}</strong><br /><span class="quiet">{t`every process`}</span></a>
                         </div>
                     )}
                     <CohortJobs name={name} />
@@ -338,7 +340,7 @@ function CohortJobs({ name }: { name: string }) {
     if (!mine.length) return null;
     return (
         <section>
-            <h2>Answers</h2>
+            <h2>{t`Answers`}</h2>
             <ul class="plain">{mine.map((j) => {
                 const live = recent.find((r) => r.id === j.id) ?? j;
                 return (

@@ -5,6 +5,7 @@ import * as api from './api';
 import { Scatter, Spread, Variance } from './charts';
 import { normalsOf } from './geometry';
 import type { Surface3 } from './glb';
+import { t } from './i18n';
 import { aPlace, aSwitch, maybe, sliders, useKept } from './kept';
 import { ColourBar, paintedBy } from './maps';
 import type { Map3 } from './maps';
@@ -148,11 +149,11 @@ function Modes({ model }: { model: api.Model }) {
     const rows = async () => {
         const made = [];
         for (let mode = 1; mode <= shown; mode++) {
-            if (!(await load(mode))) throw new Error('A shape of the picture could not be computed.');
+            if (!(await load(mode))) throw new Error(t`A shape of the picture could not be computed.`);
             const { positions } = frames.current.get(mode)!;
             const shapes = STEPS.map((c) => ({ ...mean.shape!, positions: positions[c + 3], normals: new Float32Array(mean.shape!.normals.length), fields: [] }));
             shapes.forEach(normalsOf);
-            made.push({ text: `Component ${mode}\n${figure(100 * (model.explained[mode - 1] ?? 0))} %`, shapes });
+            made.push({ text: t`Component ${mode}\n${figure(100 * (model.explained[mode - 1] ?? 0))} %`, shapes });
         }
         return made;
     };
@@ -163,7 +164,7 @@ function Modes({ model }: { model: api.Model }) {
         const far = active.flatMap(([mode]) => [0, 6].map((k) => frames.current.get(+mode)?.positions[k]).filter((p): p is Float32Array => !!p));
         const most = [values, ...far.map((p) => along(p, mean.shape!))].reduce((high, list) => list.reduce((a, b) => Math.max(a, Math.abs(b)), high), 0) || 1;
         const field = { name: 'displacement', unit: 'length', meaning: '', values, low: -most, high: most };
-        return { field, scale: 'signed', low: -most, high: most, title: 'outwards from the mean, in units of the shape' };
+        return { field, scale: 'signed', low: -most, high: most, title: t`outwards from the mean, in units of the shape` };
     }, [mapped, version, loading]);
     const parts = moving ? [{ shape: moving, colours: map && paintedBy(map) }] : [];
     const coefficients = Array.from({ length: Math.max(0, ...Object.keys(at).map(Number)) }, (_, i) => at[i + 1] ?? 0);
@@ -174,51 +175,51 @@ function Modes({ model }: { model: api.Model }) {
         return off === undefined ? null : { mode, k, off };
     }).filter((d): d is { mode: string; k: number; off: number } => d !== null);
     return (
-        <section aria-label="Components">
-            <h2>Mean and components</h2>
+        <section aria-label={t`Components`}>
+            <h2>{t`Mean and components`}</h2>
             <div class="split">
                 <figure class="shape">
-                    {moving ? <View parts={parts} camera={linked} version={version} label={active.length ? `Shape at ${active.map(([m, v]) => `component ${m}: ${figure(v)} standard deviations`).join(', ')}` : 'Mean shape'} />
+                    {moving ? <View parts={parts} camera={linked} version={version} label={active.length ? t`Shape at ${active.map(([m, v]) => t`component ${m}: ${figure(v)} standard deviations`).join(', ')}` : t`Mean shape`} />
                         : <div class="view" aria-busy="true" />}
                     <figcaption class="row">
-                        {active.length ? active.map(([m, v]) => `component ${m}: ${v > 0 ? '+' : ''}${figure(v)} sd`).join(', ') : 'mean'}
+                        {active.length ? active.map(([m, v]) => t`component ${m}: ${v > 0 ? '+' : ''}${figure(v)} sd`).join(', ') : t`mean`}
                         {moving && <span class="no-report"><PictureButtons parts={parts} camera={linked} name="mode" map={map} /></span>}
                         {live && <span class="no-report"><Downloads name={active.map(([m, v]) => `component-${m}_${figure(v)}sd`).join('_') || 'mean'} files={FORMATS.map((f) => [f, shapeFile(model.id, coefficients, f)])} /></span>}
-                        {live && moving && <label class="check no-report"><input type="checkbox" checked={mapped} onChange={(e) => setMapped(e.currentTarget.checked)} /> how far from the mean</label>}
+                        {live && moving && <label class="check no-report"><input type="checkbox" checked={mapped} onChange={(e) => setMapped(e.currentTarget.checked)} /> {t`how far from the mean`}</label>}
                     </figcaption>
                     {map && <ColourBar map={map} />}
                 </figure>
                 {!live ? (
                     <div class="no-report">
-                        <p>Shapes of models above degree {LIVE_MAX} take a job each.</p>
-                        {mayChange() && <a class="button main" href={`${link('analyses', 'modes')}?model=${model.id}`}>Shapes along a component</a>}
+                        <p>{t`Shapes of models above degree ${LIVE_MAX} take a job each.`}</p>
+                        {mayChange() && <a class="button main" href={`${link('analyses', 'modes')}?model=${model.id}`}>{t`Shapes along a component`}</a>}
                     </div>
                 ) : <div class="no-report">
                     {Array.from({ length: shown }, (_, i) => i + 1).map((mode) => (
                         <div class="field" key={mode}>
-                            <label for={`mode-${mode}`}>Component {mode} <span class="quiet">{Math.round(100 * (model.explained[mode - 1] ?? 0))} % of the variance, now {figure(at[mode] ?? 0)} sd{loading === mode ? ', loading…' : ''}</span></label>
+                            <label for={`mode-${mode}`}>{t`Component ${mode}`} <span class="quiet">{t`${Math.round(100 * (model.explained[mode - 1] ?? 0))} % of the variance, now ${figure(at[mode] ?? 0)} sd${loading === mode ? t`, loading…` : ''}`}</span></label>
                             <div class="row">
                                 <div class="grow track">
                                     <input id={`mode-${mode}`} type="range" min={-3} max={3} step={0.05} value={at[mode] ?? 0}
                                     onInput={(e) => { setPlaying(0); void slide(mode, +e.currentTarget.value); }} onChange={(e) => void release(mode, +e.currentTarget.value)} />
-                                    <Spread title={`Members along component ${mode}, in standard deviations`} at={at[mode] ?? 0}
+                                    <Spread title={t`Members along component ${mode}, in standard deviations`} at={at[mode] ?? 0}
                                     values={model.scores.map((row, i) => ({ value: row[mode - 1] / (Math.sqrt(model.eigenvalues[mode - 1]) || 1), name: model.labels[i], group: model.groups?.[i] }))} />
                                 </div>
-                                <button aria-pressed={playing === mode} onClick={async () => { if (playing === mode) setPlaying(0); else if (await load(mode)) setPlaying(mode); }}>{playing === mode ? 'Stop' : 'Play'}</button>
+                                <button aria-pressed={playing === mode} onClick={async () => { if (playing === mode) setPlaying(0); else if (await load(mode)) setPlaying(mode); }}>{playing === mode ? t`Stop` : t`Play`}</button>
                             </div>
                         </div>
                     ))}
                     <div class="actions">
-                        {shown < model.components && <button onClick={() => setShown(shown + 1)}>Add a component</button>}
-                        <button onClick={() => { setPlaying(0); setAt({}); }}>Back to the mean</button>
-                        {mean.shape && <MontageButton title="All in one picture" name="components" rows={rows} columns={STEPS.map((c) => (c === 0 ? 'mean' : `${c > 0 ? '+' : '−'}${Math.abs(c)} sd`))} camera={linked} />}
+                        {shown < model.components && <button onClick={() => setShown(shown + 1)}>{t`Add a component`}</button>}
+                        <button onClick={() => { setPlaying(0); setAt({}); }}>{t`Back to the mean`}</button>
+                        {mean.shape && <MontageButton title={t`All in one picture`} name="components" rows={rows} columns={STEPS.map((c) => (c === 0 ? t`mean` : t`${c > 0 ? '+' : '−'}${Math.abs(c)} sd`))} camera={linked} />}
                     </div>
                     {known ? (
-                        <p role="status" class={known.offset > 0.5 ? 'wrong' : 'quiet'}>Computed exactly: {existence(known.offset)} (relative energy {figure(known.energy, 2)}).</p>
+                        <p role="status" class={known.offset > 0.5 ? 'wrong' : 'quiet'}>{t`Computed exactly: ${existence(known.offset)} (relative energy ${figure(known.energy, 2)}).`}</p>
                     ) : (
                         <>
-                            {doubt.map((d) => <p class={d.off > 0.5 ? 'wrong' : 'quiet'}>Component {d.mode} at {d.k} sd: {existence(d.off)}.</p>)}
-                            {active.length > 0 && <p class="quiet">Interpolated{active.length > 1 ? ', with the displacements of several components added' : ''}: let the slider go for the exact shape.</p>}
+                            {doubt.map((d) => <p class={d.off > 0.5 ? 'wrong' : 'quiet'}>{t`Component ${d.mode} at ${d.k} sd: ${existence(d.off)}.`}</p>)}
+                            {active.length > 0 && <p class="quiet">{t`Interpolated${active.length > 1 ? t`, with the displacements of several components added` : ''}: let the slider go for the exact shape.`}</p>}
                         </>
                     )}
                     {error ? <ProblemBox error={error} /> : null}
@@ -246,24 +247,24 @@ export function Components({ model }: { model: api.Model }) {
             <Modes model={model} />
             <div class="split">
                 <div>
-                    <Scatter title="Scores" name="scores" dots={dots} labels={[`component ${x} (sd)`, `component ${y} (sd)`]} chosen={chosen} onChoose={setChosen} />
-                    <div class="row no-report">{select(x, setX, 'Across')}{select(y, setY, 'Up')}</div>
+                    <Scatter title={t`Scores`} name="scores" dots={dots} labels={[t`component ${x} (sd)`, t`component ${y} (sd)`]} chosen={chosen} onChoose={setChosen} />
+                    <div class="row no-report">{select(x, setX, t`Across`)}{select(y, setY, t`Up`)}</div>
                 </div>
                 {chosen !== undefined && surfaces[chosen]
-                    ? <Linked id={surfaces[chosen]} title={`${model.labels[chosen]}${model.groups?.[chosen] ? ` (${model.groups[chosen]})` : ''}${model.madeFrom?.mirrored?.[chosen] ? ', analysed as its mirror image' : ''}`} />
-                    : <p class="quiet no-report">Choose a mark to see its shape beside the mean.</p>}
+                    ? <Linked id={surfaces[chosen]} title={`${model.labels[chosen]}${model.groups?.[chosen] ? ` (${model.groups[chosen]})` : ''}${model.madeFrom?.mirrored?.[chosen] ? t`, analysed as its mirror image` : ''}`} />
+                    : <p class="quiet no-report">{t`Choose a mark to see its shape beside the mean.`}</p>}
             </div>
             <div class="split">
                 <Variance explained={model.explained} cumulative={model.cumulative} />
                 <div class="no-report">
-                    <h3>Take away</h3>
+                    <h3>{t`Take away`}</h3>
                     <div class="actions">
-                        <button onClick={() => save('scores.csv', csv([['name', 'group', ...model.eigenvalues.map((_, i) => `component ${i + 1}`)], ...model.scores.map((s, i) => [model.labels[i], model.groups?.[i] ?? '', ...s])]), 'text/csv;charset=utf-8')}>Scores as CSV</button>
-                        <button onClick={async () => save('model.zip', await (await api.request(`/v1/models/${model.id}/export`)).blob())}>Model as zip</button>
-                        <a class="button" href={link('shapes', model.mean.id)}>The mean</a>
-                        <a class="button" href={`${link('analyses', 'evaluate-model')}?model=${model.id}`}>Its quality</a>
-                        <a class="button" href={`${link('analyses', 'project')}?model=${model.id}`}>A new subject</a>
-                        <a class="button" href={`${link('analyses', 'sample')}?model=${model.id}`}>Random shapes</a>
+                        <button onClick={() => save('scores.csv', csv([['name', 'group', ...model.eigenvalues.map((_, i) => t`component ${i + 1}`)], ...model.scores.map((s, i) => [model.labels[i], model.groups?.[i] ?? '', ...s])]), 'text/csv;charset=utf-8')}>{t`Scores as CSV`}</button>
+                        <button onClick={async () => save('model.zip', await (await api.request(`/v1/models/${model.id}/export`)).blob())}>{t`Model as zip`}</button>
+                        <a class="button" href={link('shapes', model.mean.id)}>{t`The mean`}</a>
+                        <a class="button" href={`${link('analyses', 'evaluate-model')}?model=${model.id}`}>{t`Its quality`}</a>
+                        <a class="button" href={`${link('analyses', 'project')}?model=${model.id}`}>{t`A new subject`}</a>
+                        <a class="button" href={`${link('analyses', 'sample')}?model=${model.id}`}>{t`Random shapes`}</a>
                     </div>
                 </div>
             </div>

@@ -5,6 +5,7 @@ import { useRef, useState } from 'preact/hooks';
 import * as api from './api';
 import { covariatesOf, namesIn, placesAlong } from './formula';
 import type { Covariate } from './formula';
+import { t } from './i18n';
 
 type Row = Record<string, unknown>;
 
@@ -40,23 +41,23 @@ export function PointsField({ id, names, members, text, set }: { id: string; nam
         const { [name]: _, ...rest } = row;
         return value.trim() === '' ? rest : { ...rest, [name]: typed(value, covariates.find((c) => c.name === name)) };
     }));
-    if (!all.length) return <p class="quiet" id={id}>Write the formula first: points have the covariates that it names.</p>;
+    if (!all.length) return <p class="quiet" id={id}>{t`Write the formula first: points have the covariates that it names.`}</p>;
     return (
-        <div id={id} role="group" aria-label="Points">
+        <div id={id} role="group" aria-label={t`Points`}>
             {rows.length > 0 && (
-                <div class="scroll" tabIndex={0} role="region" aria-label="Points of covariates"><table>
-                    <thead><tr>{all.map((name) => <th scope="col">{name}</th>)}<th scope="col"><span class="sr">Remove</span></th></tr></thead>
+                <div class="scroll" tabIndex={0} role="region" aria-label={t`Points of covariates`}><table>
+                    <thead><tr>{all.map((name) => <th scope="col">{name}</th>)}<th scope="col"><span class="sr">{t`Remove`}</span></th></tr></thead>
                     <tbody>{rows.map((row, i) => (
-                        <tr>{all.map((name) => <td><input class="cell" aria-label={`${name} of point ${i + 1}`} list={`levels-${name}`} value={row[name] === undefined ? '' : `${row[name]}`} placeholder="as usual" onChange={(e) => change(i, name, e.currentTarget.value)} /></td>)}
-                            <td><button type="button" aria-label={`Remove point ${i + 1}`} onClick={() => put(rows.filter((_, k) => k !== i))}>Remove</button></td></tr>
+                        <tr>{all.map((name) => <td><input class="cell" aria-label={t`${name} of point ${i + 1}`} list={`levels-${name}`} value={row[name] === undefined ? '' : `${row[name]}`} placeholder={t`as usual`} onChange={(e) => change(i, name, e.currentTarget.value)} /></td>)}
+                            <td><button type="button" aria-label={t`Remove point ${i + 1}`} onClick={() => put(rows.filter((_, k) => k !== i))}>{t`Remove`}</button></td></tr>
                     ))}</tbody>
                 </table></div>
             )}
             {covariates.map((c) => <datalist id={`levels-${c.name}`}>{placesAlong(c).map((v) => <option value={`${v}`} />)}</datalist>)}
             <div class="actions">
-                <button type="button" onClick={() => put([...rows, covariates.length ? { [covariates[0].name]: covariates[0].numeric ? covariates[0].low : covariates[0].levels[0] } : {}])}>Add a point</button>
-                {covariates.map((c) => <button type="button" onClick={() => put([...rows, ...placesAlong(c).map((v) => ({ [c.name]: v }))])}>{c.numeric ? `Five along ${c.name}` : `Each ${c.name}`}</button>)}
-                {rows.length > 0 && <button type="button" onClick={() => put([])}>None</button>}
+                <button type="button" onClick={() => put([...rows, covariates.length ? { [covariates[0].name]: covariates[0].numeric ? covariates[0].low : covariates[0].levels[0] } : {}])}>{t`Add a point`}</button>
+                {covariates.map((c) => <button type="button" onClick={() => put([...rows, ...placesAlong(c).map((v) => ({ [c.name]: v }))])}>{c.numeric ? t`Five along ${c.name}` : t`Each ${c.name}`}</button>)}
+                {rows.length > 0 && <button type="button" onClick={() => put([])}>{t`None`}</button>}
             </div>
         </div>
     );
@@ -71,10 +72,10 @@ export function NumbersField({ id, names, text, set }: { id: string; names: stri
         const next = value.trim() === '' ? rest : { ...rest, [name]: Number(value) };
         set(Object.keys(next).length ? JSON.stringify(next) : '');
     };
-    if (!all.length) return <p class="quiet" id={id}>Choose what it is of first.</p>;
+    if (!all.length) return <p class="quiet" id={id}>{t`Choose what it is of first.`}</p>;
     return (
-        <div id={id} class="row" role="group" aria-label="Numbers by name">{all.map((name) => (
-            <label>{name} <input type="number" step="any" value={given[name] === undefined ? '' : `${given[name]}`} placeholder="usual" onInput={(e) => change(name, e.currentTarget.value)} /></label>
+        <div id={id} class="row" role="group" aria-label={t`Numbers by name`}>{all.map((name) => (
+            <label>{name} <input type="number" step="any" value={given[name] === undefined ? '' : `${given[name]}`} placeholder={t`usual`} onInput={(e) => change(name, e.currentTarget.value)} /></label>
         ))}</div>
     );
 }
@@ -95,13 +96,13 @@ export function SendShape({ able, sent, children }: { able: boolean; sent: (shap
     const send = async (file?: File) => {
         if (!file) return;
         setWrong('');
-        setTold(`Sending ${file.name}…`);
+        setTold(t`Sending ${file.name}…`);
         const name = file.name.replace(/\.gz$/i, '').replace(/\.[^.]*$/, '').slice(0, 255);
         try {
             const mesh = await api.upload<api.Mesh>(`/v1/meshes?name=${encodeURIComponent(name)}`, file, 'application/octet-stream', () => {});
             sent({ id: mesh.id, name: `${mesh.name || mesh.id} (mesh)` });
-            setTold(`${file.name} was sent, and chosen.`);
-            if (!mesh.report.analysable) setWrong(`It cannot be analysed: ${mesh.report.problems[0]?.detail ?? ''}`);
+            setTold(t`${file.name} was sent, and chosen.`);
+            if (!mesh.report.analysable) setWrong(t`It cannot be analysed: ${mesh.report.problems[0]?.detail ?? ''}`);
         } catch (error) {
             setTold('');
             setWrong(`${file.name}: ${(error as Error).message}`);
@@ -113,10 +114,10 @@ export function SendShape({ able, sent, children }: { able: boolean; sent: (shap
             onDrop={(e) => { e.preventDefault(); setOver(false); void send(e.dataTransfer?.files[0]); }}>
             {children}
             <div class="actions">
-                <button type="button" onClick={() => input.current!.click()}>Send a mesh</button>
-                <span class="quiet">or drop its file here</span>
+                <button type="button" onClick={() => input.current!.click()}>{t`Send a mesh`}</button>
+                <span class="quiet">{t`or drop its file here`}</span>
             </div>
-            <input ref={input} type="file" hidden aria-label="Mesh to send" onChange={(e) => { void send(e.currentTarget.files?.[0]); e.currentTarget.value = ''; }} />
+            <input ref={input} type="file" hidden aria-label={t`Mesh to send`} onChange={(e) => { void send(e.currentTarget.files?.[0]); e.currentTarget.value = ''; }} />
             {told && <p class="quiet" role="status">{told}</p>}
             {wrong && <p class="wrong" role="alert">{wrong}</p>}
         </div>
@@ -132,12 +133,12 @@ export function PartsField({ id, names, shapes, text, set, sent }: { id: string;
         set(Object.keys(next).length ? JSON.stringify(next) : '');
     };
     return (
-        <div id={id} role="group" aria-label="Shapes of the parts">{names.map((name, i) => (
+        <div id={id} role="group" aria-label={t`Shapes of the parts`}>{names.map((name, i) => (
             <div class="field" key={name}>
                 <label for={`${id}-${i}`}>{name}</label>
                 <SendShape able sent={(s) => { sent(s); change(name, s.id); }}>
                     <select id={`${id}-${i}`} value={given[name] ?? ''} onChange={(e) => change(name, e.currentTarget.value)}>
-                        <option value="">choose a shape</option>
+                        <option value="">{t`choose a shape`}</option>
                         {given[name] && !shapes.some((s) => s.id === given[name]) && <option value={given[name]}>{given[name]}</option>}
                         {shapes.map((s) => <option value={s.id}>{s.name}</option>)}
                     </select>

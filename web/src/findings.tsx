@@ -6,13 +6,14 @@ import { TrajectoryCharts, isTrajectories } from './charts_time';
 import { GroupLandmarks, MemberDistances, PartIntervals, areOfGroup, hasDistances, hasParts } from './charts_group';
 import { Amounts, Subjects } from './charts_within';
 import { useMemo, useState } from 'preact/hooks';
+import { t } from './i18n';
 
 /** Scores of a model's members on two components, in standard deviations. */
 function Scores({ model }: { model: any }) {
     const second = Math.min(1, model.eigenvalues.length - 1);
     const sd = (k: number) => Math.sqrt(model.eigenvalues[k]) || 1;
     const dots = model.scores.map((s: number[], i: number) => ({ x: s[0] / sd(0), y: s[second] / sd(second), name: model.labels?.[i] ?? `${i + 1}`, group: model.groups?.[i] }));
-    return <Scatter title="Scores" name="scores" dots={dots} labels={['component 1 (sd)', `component ${second + 1} (sd)`]} />;
+    return <Scatter title={t`Scores`} name="scores" dots={dots} labels={[t`component 1 (sd)`, t`component ${second + 1} (sd)`]} />;
 }
 
 function Distances({ result }: { result: any }) {
@@ -21,27 +22,27 @@ function Distances({ result }: { result: any }) {
     return (
         <>
             <HeatMap labels={result.labels} matrix={result.matrix} chosen={chosen} onChoose={setChosen} />
-            <Scatter equal title={`Classical scaling: ${Math.round(100 * share)} % in two dimensions`} name="scaling" labels={['first', 'second']} chosen={chosen} onChoose={setChosen}
+            <Scatter equal title={t`Classical scaling: ${Math.round(100 * share)} % in two dimensions`} name="scaling" labels={[t`first`, t`second`]} chosen={chosen} onChoose={setChosen}
                 dots={points.map(([x, y], i) => ({ x, y, name: result.labels[i], group: result.groups?.[i] }))} />
         </>
     );
 }
 
 const QUALITY: [string, string][] = [
-    ['generalisation', 'Generalisation: how far left-out shapes stay'], ['specificity', 'Specificity: how far random shapes are from real ones'],
-    ['compactness', 'Compactness: variance so far'],
+    ['generalisation', t`Generalisation: how far left-out shapes stay`], ['specificity', t`Specificity: how far random shapes are from real ones`],
+    ['compactness', t`Compactness: variance so far`],
 ];
 
 /** What a classifier is worth: shares with their intervals, what was taken for what, and whether its probabilities hold. */
 export function Assessment({ of, classes }: { of: any; classes: string[] }) {
-    const rates: [string, any][] = [['accuracy', of.accuracy], ['balanced accuracy', of.balancedAccuracy], ...Object.entries<any>(of.auc ?? {}).map(([name, rate]) => [`AUC of ${name}`, rate] as [string, any])];
+    const rates: [string, any][] = [[t`accuracy`, of.accuracy], [t`balanced accuracy`, of.balancedAccuracy], ...Object.entries<any>(of.auc ?? {}).map(([name, rate]) => [t`AUC of ${name}`, rate] as [string, any])];
     const rows = rates.filter(([, rate]) => typeof rate?.value === 'number' && typeof rate.interval?.[0] === 'number')
         .map(([name, rate]) => ({ name, value: rate.value, low: rate.interval[0], high: rate.interval[1] }));
     return (
         <div class="split">
             {rows.length > 0 && <Intervals chance={Math.max(of.chance ?? 0, of.majorityRate ?? 0)} rows={rows} />}
-            {of.confusion && <Confusion classes={classes} counts={of.confusion} title={`${of.correct} of ${of.members} right`} />}
-            {Object.entries<any>(of.calibration ?? {}).map(([name, bins]) => <Reliability key={name} title={`Probability of ${name}: said and so`} name={`calibration-${name}`} bins={bins} />)}
+            {of.confusion && <Confusion classes={classes} counts={of.confusion} title={t`${of.correct} of ${of.members} right`} />}
+            {Object.entries<any>(of.calibration ?? {}).map(([name, bins]) => <Reliability key={name} title={t`Probability of ${name}: said and so`} name={`calibration-${name}`} bins={bins} />)}
         </div>
     );
 }
@@ -49,14 +50,14 @@ export function Assessment({ of, classes }: { of: any; classes: string[] }) {
 /** How large differences within subjects are, and what each subject does; in the unit of the meshes. */
 export function PairedCharts({ result, chosen, onChoose }: { result: api.Outputs<'change'> | api.Outputs<'asymmetry'>; chosen?: number; onChoose?: (i: number) => void }) {
     const sides = 'directional' in result;
-    const amounts: [string, any][] = 'directional' in result ? [['directional', result.directional], ['fluctuating', result.fluctuating]] : [['change', result.change], ['variation of it', result.variation]];
-    const rows = [...amounts, ['between subjects', result.individual] as [string, any]].filter(([, e]) => typeof e?.value === 'number')
+    const amounts: [string, any][] = 'directional' in result ? [[t`directional`, result.directional], [t`fluctuating`, result.fluctuating]] : [[t`change`, result.change], [t`variation of it`, result.variation]];
+    const rows = [...amounts, [t`between subjects`, result.individual] as [string, any]].filter(([, e]) => typeof e?.value === 'number')
         .map(([name, e]) => ({ name, value: e.value, low: e.interval[0], high: e.interval[1] }));
     const subjects = result.perSubject.map((s) => ({ name: s.subject, along: s.along ?? 0, length: s.length ?? 0 }));
     return (
         <>
-            <Amounts title="How large it is, with 95 % intervals" name="amounts" unit="mm" rows={rows} />
-            <Subjects title={sides ? 'Asymmetry of each subject' : 'Change of each subject'} unit="mm" subjects={subjects} chosen={chosen} onChoose={onChoose} />
+            <Amounts title={t`How large it is, with 95 % intervals`} name="amounts" unit="mm" rows={rows} />
+            <Subjects title={sides ? t`Asymmetry of each subject` : t`Change of each subject`} unit="mm" subjects={subjects} chosen={chosen} onChoose={onChoose} />
         </>
     );
 }
@@ -69,7 +70,7 @@ export function Findings({ result }: { result: any }) {
     // The variance of components is a chart of its own.
     const curves = (model?.eigenvalues ? [] : QUALITY).map(([name, title]) => {
         const points = (result[name] ?? []).filter((p: any) => typeof p?.value === 'number').map((p: any) => ({ x: p.components, y: p.value, error: p.standardError }));
-        return points.length > 1 ? <Curve key={name} title={title} name={name} points={points} labels={['components', name]} /> : null;
+        return points.length > 1 ? <Curve key={name} title={title} name={name} points={points} labels={[t`components`, name]} /> : null;
     });
     return (
         <>
@@ -79,7 +80,7 @@ export function Findings({ result }: { result: any }) {
             {result.methods && (
                 <div class="split">
                     <Intervals chance={Math.max(result.chance, result.majorityRate)} rows={Object.entries<any>(result.methods).map(([name, m]) => ({ name, value: m.accuracy, low: m.confidenceInterval[0], high: m.confidenceInterval[1], p: m.pValue }))} />
-                    {Object.entries<any>(result.methods).map(([name, m]) => <Confusion key={name} classes={result.classes} counts={m.confusion} title={`${name}: ${m.correct} of ${m.perSubject.length} right`} />)}
+                    {Object.entries<any>(result.methods).map(([name, m]) => <Confusion key={name} classes={result.classes} counts={m.confusion} title={t`${name}: ${m.correct} of ${m.perSubject.length} right`} />)}
                 </div>
             )}
             {hasParts(result) && <div class="split">{Object.keys(result.methods).map((name) => <PartIntervals key={name} result={result} method={name} />)}</div>}

@@ -1,4 +1,5 @@
 // GLB as the service writes it: one mesh, 32-bit floats and indices, fields as attributes _NAME.
+import { t } from './i18n';
 
 export interface Field { name: string; unit?: string; meaning?: string; values: Float32Array; low: number; high: number }
 export interface Surface3 { positions: Float32Array; normals: Float32Array; indices: Uint32Array; fields: Field[] }
@@ -7,7 +8,7 @@ const MAGIC = 0x46546c67;
 
 export function readGlb(buffer: ArrayBuffer): Surface3 {
     const head = new DataView(buffer);
-    if (buffer.byteLength < 28 || head.getUint32(0, true) !== MAGIC) throw new Error('The shape did not come as GLB.');
+    if (buffer.byteLength < 28 || head.getUint32(0, true) !== MAGIC) throw new Error(t`The shape did not come as GLB.`);
     const jsonLength = head.getUint32(12, true);
     const json = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 20, jsonLength)));
     const start = 20 + jsonLength + 8;

@@ -1,6 +1,7 @@
 // Two groups: whether they differ, where, and the way from one mean to the other.
 import { useState } from 'preact/hooks';
 import * as api from './api';
+import { t, whole } from './i18n';
 import { Path } from './paths';
 import { mayChange, refreshJobs } from './state';
 import { Headline, TestedMaps } from './tested';
@@ -33,12 +34,12 @@ function Between({ result }: { result: api.Outputs<'compare-groups'> }) {
         setBusy(false);
     };
     return (
-        <section aria-label="Between the means">
-            <h2>From {result.groups[0]} to {result.groups[1]}</h2>
-            {size && <p>The label is {figure(100 * (size.r2 ?? NaN))} % of the variance of shape{size.r2Interval ? ` (95 %: ${size.r2Interval.map((v) => figure(100 * (v ?? NaN))).join(' to ')} %, ${BOOTSTRAPS} bootstraps)` : ''}.</p>}
-            {path ? <Path surfaces={path.surfaces} texts={path.times.map((t: number) => (t === 0 ? `mean of ${result.groups[0]}` : t === 1 ? `mean of ${result.groups[1]}` : `${Math.round(100 * t)} % of the way`))} energies={path.relativeEnergies.geodesic} />
-                : <div class="no-report"><p class="quiet">The geodesic between both means, as an animation, and the size of the effect with its interval. It takes about as long as the comparison did.</p>
-                    {mayChange() && <button disabled={busy} onClick={() => void find()}>{busy ? 'Computing the path…' : 'Path between the means'}</button>}</div>}
+        <section aria-label={t`Between the means`}>
+            <h2>{t`From ${result.groups[0]} to ${result.groups[1]}`}</h2>
+            {size && <p>{t`The label is ${figure(100 * (size.r2 ?? NaN))} % of the variance of shape${size.r2Interval ? t` (95 %: ${size.r2Interval.map((v) => figure(100 * (v ?? NaN))).join(' to ')} %, ${BOOTSTRAPS} bootstraps)` : ''}.`}</p>}
+            {path ? <Path surfaces={path.surfaces} texts={path.times.map((at: number) => (at === 0 ? t`mean of ${result.groups[0]}` : at === 1 ? t`mean of ${result.groups[1]}` : t`${Math.round(100 * at)} % of the way`))} energies={path.relativeEnergies.geodesic} />
+                : <div class="no-report"><p class="quiet">{t`The geodesic between both means, as an animation, and the size of the effect with its interval. It takes about as long as the comparison did.`}</p>
+                    {mayChange() && <button disabled={busy} onClick={() => void find()}>{busy ? t`Computing the path…` : t`Path between the means`}</button>}</div>}
             {error ? <ProblemBox error={error} /> : null}
         </section>
     );
@@ -46,13 +47,13 @@ function Between({ result }: { result: api.Outputs<'compare-groups'> }) {
 
 export function Groups({ result }: { result: api.Outputs<'compare-groups'> }) {
     const sizes: number[] = result.groupSizes?.subjects ?? [];
-    const flips = result.exact ? 'all relabellings' : `${(result.permutations ?? 0).toLocaleString('en')} permutations`;
+    const flips = result.exact ? t`all relabellings` : t`${whole(result.permutations ?? 0)} permutations`;
     return (
         <>
-            <Headline test={result} against={`${flips}${result.regressedOut?.length ? `, ${result.regressedOut.join(', ')} regressed out` : ''}`} />
-            <p>{result.groups?.join(' against ')}{sizes.length ? ` (${sizes.join(' and ')} subjects)` : ''}, distance of the means {figure(result.distance)}.</p>
-            <TestedMaps surface={result.surface.id} test={result} beside={[{ name: 'normalEffect', text: 'difference outwards' }, { name: 'effect', text: 'length of the difference' }]} />
-            <p class="quiet">Outwards is positive: there {result.groups?.[1]} lies farther out than {result.groups?.[0]}. Lengths are those of surfaces of area 1.</p>
+            <Headline test={result} against={`${flips}${result.regressedOut?.length ? t`, ${result.regressedOut.join(', ')} regressed out` : ''}`} />
+            <p>{t`${result.groups?.join(' against ')}${sizes.length ? t` (${sizes.join(' and ')} subjects)` : ''}, distance of the means ${figure(result.distance)}.`}</p>
+            <TestedMaps surface={result.surface.id} test={result} beside={[{ name: 'normalEffect', text: t`difference outwards` }, { name: 'effect', text: t`length of the difference` }]} />
+            <p class="quiet">{t`Outwards is positive: there ${result.groups?.[1]} lies farther out than ${result.groups?.[0]}. Lengths are those of surfaces of area 1.`}</p>
             {result.inputs?.cohort?.name && result.groups?.length === 2 && <Between result={result} />}
         </>
     );

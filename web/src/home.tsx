@@ -1,13 +1,14 @@
 // The first screen: what to do where nothing is there yet, and what was done last where something is.
 import { useRef, useState } from 'preact/hooks';
 import * as api from './api';
+import { t } from './i18n';
 import { go, link } from './router';
 import { caller, jobs, mayChange, refreshJobs, useValue } from './state';
 import { Meter, Page, ProblemBox, Shown, plural, size, useLoad, when } from './ui';
 import { batch, filesOf, loadExample, sendFiles } from './upload';
 
 export const STATUS: Record<string, string> = {
-    accepted: 'waits', running: 'runs', successful: 'done', failed: 'failed', dismissed: 'canceled',
+    accepted: t`waits`, running: t`runs`, successful: t`done`, failed: t`failed`, dismissed: t`canceled`,
 };
 
 export function DropZone({ compact }: { compact?: boolean }) {
@@ -19,7 +20,7 @@ export function DropZone({ compact }: { compact?: boolean }) {
         input.value = '';
     };
     return (
-        <section class={`drop${over ? ' over' : ''}${compact ? ' compact' : ''}`} aria-label="Upload"
+        <section class={`drop${over ? ' over' : ''}${compact ? ' compact' : ''}`} aria-label={t`Upload`}
             onDragOver={(e) => { e.preventDefault(); setOver(true); }}
             onDragLeave={() => setOver(false)}
             onDrop={async (e) => {
@@ -27,46 +28,46 @@ export function DropZone({ compact }: { compact?: boolean }) {
                 setOver(false);
                 await sendFiles(await filesOf(e.dataTransfer!));
             }}>
-            <p class="big">Drop meshes{compact ? ', a table or an archive' : ' here'}</p>
+            <p class="big">{t`Drop meshes${compact ? t`, a table or an archive` : t` here`}`}</p>
             {!compact && (<>
                 <p class="quiet">
-                    Any number of files or folders: PLY, OBJ, OFF, STL, VTK, VTP, GIfTI, FreeSurfer, GLB. With a table
-                    (CSV: file, label, subject, …) they become a cohort. Also a zip of all of it, an exported study, or a
-                    segmentation (NIfTI, NRRD).
+                    {t`Any number of files or folders: PLY, OBJ, OFF, STL, VTK, VTP, GIfTI, FreeSurfer, GLB. With a table (CSV: file, label, subject, …) they become a cohort. Also a zip of all of it, an exported study, or a segmentation (NIfTI, NRRD).`}
                 </p>
-                <details class="quiet"><summary>How a table looks</summary>
-                    <pre>{'file,label,subject,time,age\nscan01.ply,case,s1,0,41\nscan02.ply,case,s1,2,43'}</pre>
-                    <p>Only file is needed. label: groups; subject, time, side: what belongs together; all others are covariates.</p>
+                <details class="quiet"><summary>{t`How a table looks`}</summary>
+                    <pre>{t`file,label,subject,time,age
+scan01.ply,case,s1,0,41
+scan02.ply,case,s1,2,43`}</pre>
+                    <p>{t`Only file is needed. label: groups; subject, time, side: what belongs together; all others are covariates.`}</p>
                 </details>
             </>)}
             <div class="actions">
-                <button class={compact ? '' : 'main'} onClick={() => files.current!.click()}>Choose files</button>
-                <button onClick={() => folder.current!.click()}>Choose a folder</button>
+                <button class={compact ? '' : 'main'} onClick={() => files.current!.click()}>{t`Choose files`}</button>
+                <button onClick={() => folder.current!.click()}>{t`Choose a folder`}</button>
             </div>
-            <input ref={files} type="file" multiple hidden aria-label="Files to upload" onChange={(e) => pick(e.currentTarget)} />
-            <input ref={folder} type="file" hidden aria-label="Folder to upload" {...{ webkitdirectory: true }} onChange={(e) => pick(e.currentTarget)} />
+            <input ref={files} type="file" multiple hidden aria-label={t`Files to upload`} onChange={(e) => pick(e.currentTarget)} />
+            <input ref={folder} type="file" hidden aria-label={t`Folder to upload`} {...{ webkitdirectory: true }} onChange={(e) => pick(e.currentTarget)} />
         </section>
     );
 }
 
 const NAMED = 20;
-const shortened = (names: string[]): string => names.slice(0, NAMED).join(', ') + (names.length > NAMED ? ` and ${names.length - NAMED} more` : '');
+const shortened = (names: string[]): string => names.slice(0, NAMED).join(', ') + (names.length > NAMED ? t` and ${names.length - NAMED} more` : '');
 
 /** How far an upload is, and what became of each file. */
 export function Uploads() {
     const state = useValue(batch);
     if (!state) return null;
     const done = state.files.filter((f) => f.state === 'done').length;
-    const refused = state.files.filter((f) => f.state === 'refused' || f.note?.startsWith('cannot'));
+    const refused = state.files.filter((f) => f.state === 'refused' || f.doubtful);
     const all = state.files.reduce((sum, f) => sum + f.size, 0);
     const gone = state.files.reduce((sum, f) => sum + f.size * (f.state === 'refused' ? 1 : f.part), 0);
     return (
-        <section class="card" aria-label="Uploads">
+        <section class="card" aria-label={t`Uploads`}>
             <div class="row">
-                <strong>{done} of {plural(state.files.length, 'file')}</strong>
-                <Meter value={(100 * gone) / Math.max(1, all)} label="Upload, all files" />
-                {state.running ? <button onClick={state.stop}>Stop</button>
-                    : <button onClick={() => batch.set(null)} aria-label="Close the list of uploads">Close</button>}
+                <strong>{t`${done} of ${plural(state.files.length, 'file')}`}</strong>
+                <Meter value={(100 * gone) / Math.max(1, all)} label={t`Upload, all files`} />
+                {state.running ? <button onClick={state.stop}>{t`Stop`}</button>
+                    : <button onClick={() => batch.set(null)} aria-label={t`Close the list of uploads`}>{t`Close`}</button>}
             </div>
             {state.files.filter((f) => f.state === 'goes').map((f) => (
                 <div class="row small" key={f.name}>
@@ -76,7 +77,7 @@ export function Uploads() {
             ))}
             {refused.length > 0 && (
                 <details open={refused.length < 6}>
-                    <summary>{plural(refused.length, 'file needs', 'files need')} attention</summary>
+                    <summary>{t`${plural(refused.length, 'file needs', 'files need')} attention`}</summary>
                     <ul>{refused.slice(0, 100).map((f) => (
                         <li key={f.name}>
                             {f.id ? <a href={link('meshes', f.id)}>{f.name}</a> : f.name}: {f.note}
@@ -86,18 +87,18 @@ export function Uploads() {
             )}
             {(state.unmatched.rows.length > 0 || state.unmatched.files.length > 0) && (
                 <details open={state.unmatched.files.length > 0 || state.unmatched.rows.length < 6}>
-                    <summary>{[[state.unmatched.rows.length, 'row', 'without a mesh'] as const, [state.unmatched.files.length, 'mesh', 'without a row'] as const].filter(([n]) => n)
+                    <summary>{[[state.unmatched.rows.length, 'row', t`without a mesh`] as const, [state.unmatched.files.length, 'mesh', t`without a row`] as const].filter(([n]) => n)
                         .map(([n, what, text]) => `${plural(n, what, what === 'mesh' ? 'meshes' : `${what}s`)} ${text}`).join(', ')}</summary>
-                    {state.unmatched.rows.length > 0 && <p>Rows without a mesh: {shortened(state.unmatched.rows)}</p>}
-                    {state.unmatched.files.length > 0 && <p>Meshes without a row: {shortened(state.unmatched.files)}</p>}
+                    {state.unmatched.rows.length > 0 && <p>{t`Rows without a mesh: ${shortened(state.unmatched.rows)}`}</p>}
+                    {state.unmatched.files.length > 0 && <p>{t`Meshes without a row: ${shortened(state.unmatched.files)}`}</p>}
                 </details>
             )}
             {state.error ? <ProblemBox error={state.error} /> : null}
             {!state.running && (
                 <p class="actions">
-                    {state.cohort && <a class="button main" href={link('cohorts', state.cohort)}>Open the cohort {state.cohort}</a>}
-                    {state.volumes.map((id) => <a class="button" href={link('volumes', id)}>Choose labels of the segmentation</a>)}
-                    <a class="button" href="#/meshes">All meshes</a>
+                    {state.cohort && <a class="button main" href={link('cohorts', state.cohort)}>{t`Open the cohort ${state.cohort}`}</a>}
+                    {state.volumes.map((id) => <a class="button" href={link('volumes', id)}>{t`Choose labels of the segmentation`}</a>)}
+                    <a class="button" href="#/meshes">{t`All meshes`}</a>
                 </p>
             )}
         </section>
@@ -121,14 +122,12 @@ function Example() {
     };
     return (
         <section class="card">
-            <h2>Look at an example</h2>
+            <h2>{t`Look at an example`}</h2>
             <p>
-                Twelve brain nuclei, six of each side, from the AAL atlas (<a href="example/licence.txt">source and
-                licence</a>). It makes a cohort and starts its mean and components, left against right, and a
-                classification: a minute or two.
+                {t`Twelve brain nuclei, six of each side, from the AAL atlas (`}<a href="example/licence.txt">{t`source and licence`}</a>{t`). It makes a cohort and starts its mean and components, left against right, and a classification: a minute or two.`}
             </p>
-            {part >= 0 ? <Meter value={100 * part} label="Loading the example" />
-                : <button class="main" onClick={start}>Load the example</button>}
+            {part >= 0 ? <Meter value={100 * part} label={t`Loading the example`} />
+                : <button class="main" onClick={start}>{t`Load the example`}</button>}
             {error ? <ProblemBox error={error} /> : null}
         </section>
     );
@@ -142,10 +141,10 @@ export function Home() {
     const meshes = useLoad(() => api.list('meshes', { limit: 1 }), [who, sent]);
     const empty = cohorts.value?.items.length === 0 && meshes.value?.items.length === 0;
     return (
-        <Page title={empty ? 'Start a study' : 'Studies'}>
+        <Page title={empty ? t`Start a study` : t`Studies`}>
             {mayChange() && <DropZone />}
             <Uploads />
-            <Shown of={cohorts} label="cohorts">{(page) => (
+            <Shown of={cohorts} label={t`cohorts`}>{(page) => (
                 <div class="cards">
                     {page.items.map((c) => (
                         <a class="card" href={link('cohorts', c.name)}>
@@ -158,7 +157,7 @@ export function Home() {
             )}</Shown>
             {recent.length > 0 && (
                 <section>
-                    <h2>Last analyses</h2>
+                    <h2>{t`Last analyses`}</h2>
                     <ul class="plain">{recent.slice(0, 6).map((j) => (
                         <li key={j.id}>
                             <a href={link('jobs', j.id)}>{j.name || j.process}</a>{' '}
@@ -168,7 +167,7 @@ export function Home() {
                     ))}</ul>
                 </section>
             )}
-            {who === null && <p>Does the service ask for a token? <a href="#/settings">Enter it</a></p>}
+            {who === null && <p>{t`Does the service ask for a token?`} <a href="#/settings">{t`Enter it`}</a></p>}
         </Page>
     );
 }

@@ -6,6 +6,7 @@ import { isActive, jobs, mayChange, refreshJobs, useValue } from './state';
 import { cancelJob, progressText } from './tray';
 import { LongTable, Meter, Page, ProblemBox, Shown, Sure, later, span, useLoad, when } from './ui';
 import { STATUS } from './home';
+import { t } from './i18n';
 import { aText, oneOf, useKept } from './kept';
 
 const SEARCH_PAUSE_MS = 300;
@@ -53,27 +54,27 @@ export function Jobs() {
     const list = [...byId.values()].sort((a, b) => b.created.localeCompare(a.created))
         .filter((j) => (!state || j.status === state) && (found.has(j.id) || `${j.name} ${j.process} ${j.id} ${j.tags.join(' ')}`.toLowerCase().includes(find.toLowerCase())));
     return (
-        <Page title="Jobs">
+        <Page title={t`Jobs`}>
             <div class="row tools">
-                <label>Search <input type="search" value={find} onInput={(e) => setFind(e.currentTarget.value)} /></label>
-                <label>State <select value={state} onChange={(e) => setState(e.currentTarget.value)}>
-                    <option value="">all</option>
+                <label>{t`Search`} <input type="search" value={find} onInput={(e) => setFind(e.currentTarget.value)} /></label>
+                <label>{t`State`} <select value={state} onChange={(e) => setState(e.currentTarget.value)}>
+                    <option value="">{t`all`}</option>
                     {Object.entries(STATUS).map(([value, text]) => <option value={value}>{text}</option>)}
                 </select></label>
             </div>
-            {list.length === 0 ? <p class="quiet">No job {find || state ? 'fits' : 'yet: start an analysis of a cohort'}.</p> : (
-                <LongTable label="Jobs" items={list} keyOf={(j) => j.id}
-                    columns={[{ title: 'Analysis', by: (j) => j.name || j.process }, { title: 'State', width: '17rem', by: (j) => STATUS[j.status] }, { title: 'Took', width: '7rem', by: (j) => (j.started && j.finished ? Date.parse(j.finished) - Date.parse(j.started) : null) },
-                        { title: 'Started', width: '12rem', by: (j) => j.created }, { title: 'Cancel', hidden: true, width: '6rem' }]}
+            {list.length === 0 ? <p class="quiet">{t`No job ${find || state ? t`fits` : t`yet: start an analysis of a cohort`}.`}</p> : (
+                <LongTable label={t`Jobs`} items={list} keyOf={(j) => j.id}
+                    columns={[{ title: t`Analysis`, by: (j) => j.name || j.process }, { title: t`State`, width: '17rem', by: (j) => STATUS[j.status] }, { title: t`Took`, width: '7rem', by: (j) => (j.started && j.finished ? Date.parse(j.finished) - Date.parse(j.started) : null) },
+                        { title: t`Started`, width: '12rem', by: (j) => j.created }, { title: t`Cancel`, hidden: true, width: '6rem' }]}
                     row={(j) => [
                         <a href={link('jobs', j.id)}>{j.name ? `${j.name} (${j.process})` : j.process}</a>,
-                        isActive(j) ? <span class="row"><Meter value={j.progress} label={`Progress of ${j.process}`} /><span class="quiet">{progressText(j)}</span></span>
+                        isActive(j) ? <span class="row"><Meter value={j.progress} label={t`Progress of ${j.process}`} /><span class="quiet">{progressText(j)}</span></span>
                             : <span class={`state ${j.status}`}>{STATUS[j.status]}</span>,
                         took(j), when(j.created),
-                        isActive(j) && mayChange() ? <button onClick={() => void cancelJob(j)} aria-label={`Cancel ${j.name || j.process}`}>Cancel</button> : null,
+                        isActive(j) && mayChange() ? <button onClick={() => void cancelJob(j)} aria-label={t`Cancel ${j.name || j.process}`}>{t`Cancel`}</button> : null,
                     ]} />
             )}
-            {next && <p><button onClick={more}>Show older ones</button></p>}
+            {next && <p><button onClick={more}>{t`Show older ones`}</button></p>}
         </Page>
     );
 }
@@ -85,10 +86,10 @@ function Inputs({ job }: { job: api.Job }) {
     if (!job.inputs) return null;
     const text = (value: any): string =>
         value && typeof value === 'object' && !Array.isArray(value) && value.name && value.surfaces
-            ? `${value.name} (${value.surfaces.length} members)` : JSON.stringify(value);
+            ? t`${value.name} (${value.surfaces.length} members)` : JSON.stringify(value);
     return (
         <details>
-            <summary>What it was given</summary>
+            <summary>{t`What it was given`}</summary>
             <dl class="pairs">{Object.entries(job.inputs).map(([name, value]) => {
                 const said = text(value);
                 return <><dt>{name}</dt><dd>{said.length > 300 ? `${said.slice(0, 300)}…` : said}</dd></>;
@@ -118,26 +119,25 @@ export function JobPage({ id }: { id: string }) {
             return () => clearTimeout(timer);
         }
     }, [live, loaded.value]);
-    if (gone) return <Page title="Job removed"><a href="#/jobs">All jobs</a></Page>;
+    if (gone) return <Page title={t`Job removed`}><a href="#/jobs">{t`All jobs`}</a></Page>;
     return (
-        <Shown of={loaded} page label="the job">{(first) => {
+        <Shown of={loaded} page label={t`the job`}>{(first) => {
             const job: api.Job = live ? { ...first, ...live, inputs: first.inputs } : first;
             return (
                 <Page title={job.name || job.process} actions={mayChange() && (
                     <>
-                        <a class="button" href={rerunLink(job)}>Run again with changes</a>
-                        {isActive(job) ? <button onClick={() => void cancelJob(job)}>Cancel</button>
-                            : <Sure question="Remove this job and its results? It can be computed again." onYes={remove}>Remove</Sure>}
+                        <a class="button" href={rerunLink(job)}>{t`Run again with changes`}</a>
+                        {isActive(job) ? <button onClick={() => void cancelJob(job)}>{t`Cancel`}</button>
+                            : <Sure question={t`Remove this job and its results? It can be computed again.`} onYes={remove}>{t`Remove`}</Sure>}
                     </>
                 )}>
                     <p class="quiet">
-                        {job.process}, <span class={`state ${job.status}`}>{STATUS[job.status]}</span>, started {when(job.created)}
-                        {job.finished ? `, took ${took(job)}` : ''}
+                        {job.process}, <span class={`state ${job.status}`}>{STATUS[job.status]}</span>{t`, started ${when(job.created)}${job.finished ? t`, took ${took(job)}` : ''}`}
                     </p>
                     {error ? <ProblemBox error={error} /> : null}
                     {isActive(job) && (
-                        <section class="card" aria-label="Progress">
-                            <Meter value={job.progress} label="Progress" />
+                        <section class="card" aria-label={t`Progress`}>
+                            <Meter value={job.progress} label={t`Progress`} />
                             <p>{progressText(job)}</p>
                         </section>
                     )}

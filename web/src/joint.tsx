@@ -6,6 +6,7 @@ import { JointCharts } from './charts_joint';
 import { GROUPS } from './colours';
 import { boundsOf, copyOf, normalsOf } from './geometry';
 import type { Surface3 } from './glb';
+import { t } from './i18n';
 import { aPlace, maybe, sliders, useKept } from './kept';
 import { Linked } from './paths';
 import { came, link } from './router';
@@ -153,7 +154,7 @@ function Together({ result, frames, places, live }: { result: any; frames: Frame
     }, [frames, rounds]);
     const parts = moving.map((shape, p) => ({ shape, colour: GROUPS[p % GROUPS.length] }));
     const active = Object.entries(at).filter(([, v]) => v !== 0);
-    const text = active.map(([k, v]) => `component ${k}: ${v > 0 ? '+' : ''}${figure(v)} sd`).join(', ') || 'means';
+    const text = active.map(([k, v]) => t`component ${k}: ${v > 0 ? '+' : ''}${figure(v)} sd`).join(', ') || t`means`;
     const worst = known && Math.max(...known.points.map((p) => p.offset));
     const tracks = live ? Array.from({ length: count }, (_, i): [number, number[]] => [i + 1, PLACES]) : [...places];
     return (
@@ -168,29 +169,29 @@ function Together({ result, frames, places, live }: { result: any; frames: Frame
                     const energies = live ? [] : result.modes.filter((m: any) => m.component === component && typeof m.relativeEnergy === 'number').map((m: any) => m.relativeEnergy);
                     return (
                         <div class="field" key={component}>
-                            <label for={`joint-${component}`}>Component {component} <span class="quiet">{figure(100 * (result.explained[component - 1] ?? 0))} % of the variance, now {figure(at[component] ?? 0)} sd{loading === component ? ', loading…' : ''}</span></label>
+                            <label for={`joint-${component}`}>{t`Component ${component}`} <span class="quiet">{t`${figure(100 * (result.explained[component - 1] ?? 0))} % of the variance, now ${figure(at[component] ?? 0)} sd${loading === component ? t`, loading…` : ''}`}</span></label>
                             <div class="row">
                                 <div class="grow track">
                                     <input id={`joint-${component}`} type="range" min={list[0]} max={list.at(-1)} step={0.05} value={at[component] ?? 0}
                                         onInput={(e) => { setPlaying(0); setAt({ ...at, [component]: +e.currentTarget.value }); void load(component); }} onChange={(e) => void release(component, +e.currentTarget.value)} />
-                                    <Spread title={`Subjects along component ${component}, in standard deviations`} at={at[component] ?? 0} width={list.at(-1)!}
+                                    <Spread title={t`Subjects along component ${component}, in standard deviations`} at={at[component] ?? 0} width={list.at(-1)!}
                                         values={result.scores.map((row: number[], i: number) => ({ value: row[component - 1] / (Math.sqrt(result.eigenvalues[component - 1]) || 1), name: result.subjects[i], group: result.groups?.[i] }))} />
                                 </div>
-                                <button aria-pressed={playing === component} onClick={async () => { if (playing === component) return setPlaying(0); await load(component); setPlaying(component); }}>{playing === component ? 'Stop' : 'Play'}</button>
+                                <button aria-pressed={playing === component} onClick={async () => { if (playing === component) return setPlaying(0); await load(component); setPlaying(component); }}>{playing === component ? t`Stop` : t`Play`}</button>
                             </div>
-                            {energies.length > 0 && <p class="help">Relative energy at {list.filter((v) => v).map((v) => figure(v)).join(' and ')} sd: at most {figure(Math.max(...energies), 2)} (0: the shapes exist).</p>}
+                            {energies.length > 0 && <p class="help">{t`Relative energy at ${list.filter((v) => v).map((v) => figure(v)).join(' and ')} sd: at most ${figure(Math.max(...energies), 2)} (0: the shapes exist).`}</p>}
                         </div>
                     );
                 })}
                 <div class="actions">
-                    {live && count < result.eigenvalues.length && <button onClick={() => setCount(count + 1)}>Add a component</button>}
-                    <button onClick={() => { setPlaying(0); setAt({}); }}>Back to the means</button>
+                    {live && count < result.eigenvalues.length && <button onClick={() => setCount(count + 1)}>{t`Add a component`}</button>}
+                    <button onClick={() => { setPlaying(0); setAt({}); }}>{t`Back to the means`}</button>
                 </div>
                 {known ? (
-                    <p role="status" class={worst! > 0.5 ? 'wrong' : 'quiet'}>Computed exactly{known.points.length > 1 ? `. ${known.points.map((p, i) => `${result.parts[i].name}: ${existence(p.offset)}`).join('. ')}` : `: ${existence(worst!)}`}.</p>
-                ) : active.length > 0 && <p class="quiet">Interpolated{active.length > 1 ? ', with the displacements of several components added' : ''}{live ? ': let the slider go for the exact shapes' : ''}.</p>}
+                    <p role="status" class={worst! > 0.5 ? 'wrong' : 'quiet'}>{t`Computed exactly${known.points.length > 1 ? `. ${known.points.map((p, i) => `${result.parts[i].name}: ${existence(p.offset)}`).join('. ')}` : `: ${existence(worst!)}`}.`}</p>
+                ) : active.length > 0 && <p class="quiet">{t`Interpolated${active.length > 1 ? t`, with the displacements of several components added` : ''}${live ? t`: let the slider go for the exact shapes` : ''}.`}</p>}
                 {error ? <ProblemBox error={error} /> : null}
-                <p class="quiet">{result.positions ? `Structures are where the model has them, in units of the root of their total area.${result.positions.components ? '' : ' How they move is in the results of the analysis, which are gone.'}` : 'Where structures are to each other is not in this model: they stand side by side, in their sizes.'}</p>
+                <p class="quiet">{result.positions ? t`Structures are where the model has them, in units of the root of their total area.${result.positions.components ? '' : t` How they move is in the results of the analysis, which are gone.`}` : t`Where structures are to each other is not in this model: they stand side by side, in their sizes.`}</p>
             </div>
         </div>
     );
@@ -223,21 +224,21 @@ export function Joint({ result, job }: { result: any; job?: api.Job }) {
     const more = Math.min(result.eigenvalues.length, Math.max(3, places.size + 2));
     return (
         <>
-            {job && <p class="quiet">{plural(result.subjects.length, 'subject')}, {plural(result.parts.length, 'structure')} of each, {plural(result.eigenvalues.length, 'component')}.</p>}
-            <Shown of={loaded} label="the structures">{(of) => <Together result={result} frames={of.frames} places={places} live={of.live} />}</Shown>
-            {job && !live && mayChange() && places.size < more && <p class="no-report"><a class="button" href={`${link('analyses', 'pca-parts')}?rerun=${job.id}&modes=${more}`}>{places.size ? 'More components to move' : 'Components to move'}</a></p>}
+            {job && <p class="quiet">{t`${plural(result.subjects.length, 'subject')}, ${plural(result.parts.length, 'structure')} of each, ${plural(result.eigenvalues.length, 'component')}.`}</p>}
+            <Shown of={loaded} label={t`the structures`}>{(of) => <Together result={result} frames={of.frames} places={places} live={of.live} />}</Shown>
+            {job && !live && mayChange() && places.size < more && <p class="no-report"><a class="button" href={`${link('analyses', 'pca-parts')}?rerun=${job.id}&modes=${more}`}>{places.size ? t`More components to move` : t`Components to move`}</a></p>}
             <div class="split"><JointCharts result={result} chosen={chosen} onChoose={setChosen} /></div>
-            {chosen !== undefined ? <Subject result={result} index={chosen} /> : <p class="quiet no-report">Choose a mark among the scores to see the structures of that subject.</p>}
-            <h2>Structures</h2>
-            <DataTable rows={[['structure', 'weight', 'share of the variance', 'relative energy of its mean', 'iterations', 'converged'],
-                ...result.parts.map((p: any) => [p.name, p.weight, p.share, p.relativeEnergy, p.iterations ?? '–', p.converged === undefined ? '–' : p.converged ? 'yes' : 'no'])]} />
+            {chosen !== undefined ? <Subject result={result} index={chosen} /> : <p class="quiet no-report">{t`Choose a mark among the scores to see the structures of that subject.`}</p>}
+            <h2>{t`Structures`}</h2>
+            <DataTable rows={[[t`structure`, t`weight`, t`share of the variance`, t`relative energy of its mean`, t`iterations`, t`converged`],
+                ...result.parts.map((p: any) => [p.name, p.weight, p.share, p.relativeEnergy, p.iterations ?? '–', p.converged === undefined ? '–' : p.converged ? t`yes` : t`no`])]} />
             <div class="actions no-report">
-                {result.parts.map((p: any) => <a class="button" href={link('shapes', p.mean.id)}>Mean of {p.name}</a>)}
+                {result.parts.map((p: any) => <a class="button" href={link('shapes', p.mean.id)}>{t`Mean of ${p.name}`}</a>)}
                 {result.model && <>
-                    {job && <a class="button" href={link('models', result.model.id)}>The model</a>}
-                    <a class="button" href={`${link('analyses', 'project')}?model=${result.model.id}`}>A new subject</a>
-                    <a class="button" href={`${link('analyses', 'score')}?model=${result.model.id}`}>Beside the norm</a>
-                    <a class="button" href={`${link('analyses', 'sample')}?model=${result.model.id}`}>Random subjects</a>
+                    {job && <a class="button" href={link('models', result.model.id)}>{t`The model`}</a>}
+                    <a class="button" href={`${link('analyses', 'project')}?model=${result.model.id}`}>{t`A new subject`}</a>
+                    <a class="button" href={`${link('analyses', 'score')}?model=${result.model.id}`}>{t`Beside the norm`}</a>
+                    <a class="button" href={`${link('analyses', 'sample')}?model=${result.model.id}`}>{t`Random subjects`}</a>
                 </>}
             </div>
         </>
@@ -256,5 +257,5 @@ export function JointModel({ model }: { model: api.Model }) {
         const parts = await Promise.all(model.parts!.map(async (p) => ({ ...p, mean: await api.get('/v1/surfaces/{id}', { id: p.mean }) })));
         return { ...model, model, parts, modes: [], subjects: model.labels, inputs: { cohort: { surfaces } } };
     }, [model.id]);
-    return <Shown of={loaded} label="the structures">{(result) => <Joint result={result} />}</Shown>;
+    return <Shown of={loaded} label={t`the structures`}>{(result) => <Joint result={result} />}</Shown>;
 }

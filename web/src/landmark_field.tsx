@@ -1,5 +1,6 @@
 // Landmarks of a form: placed by clicks on both shapes, one after the other, or on each member of a group.
 import { useMemo, useState } from 'preact/hooks';
+import { t } from './i18n';
 import { Marked, useGround } from './landmarks';
 import type { Ground, Place } from './landmarks';
 import { shown } from './shape';
@@ -18,7 +19,7 @@ function parsed(text: string): Given {
     }
 }
 
-const said = (place: Place | undefined): string => (place === undefined ? 'not placed yet' : Array.isArray(place) ? place.map((v) => figure(v)).join(', ') : `vertex ${place}`);
+const said = (place: Place | undefined): string => (place === undefined ? t`not placed yet` : Array.isArray(place) ? place.map((v) => figure(v)).join(', ') : t`vertex ${place}`);
 
 /** One of both shapes; a click places the next landmark that it lacks. */
 function End({ title, id, places, add }: { title: string; id: string; places: Place[]; add: (place: Place) => void }) {
@@ -33,9 +34,9 @@ function End({ title, id, places, add }: { title: string; id: string; places: Pl
     if (error) return <ProblemBox error={error} />;
     return (
         <figure class="shape small-view">
-            <figcaption>{title}: <span class="quiet">click for landmark {places.length + 1}</span></figcaption>
+            <figcaption>{title}: <span class="quiet">{t`click for landmark ${places.length + 1}`}</span></figcaption>
             {ground ? <Marked ground={ground} places={places} label={title} camera={camera} onPick={(vertex) => put(ground, vertex)} /> : <div class="view" aria-busy="true" />}
-            {ground && <button type="button" onClick={(e) => centre(ground, e)}>{`Landmark at the middle of ${title}`}</button>}
+            {ground && <button type="button" onClick={(e) => centre(ground, e)}>{t`Landmark at the middle of ${title}`}</button>}
         </figure>
     );
 }
@@ -56,16 +57,16 @@ export function LandmarkField({ ends, ids, text, set }: { ends: [string, string]
     });
     const hold = (i: number) => change({ ...given, heldOut: held.includes(i) ? held.filter((h) => h !== i) : [...held, i].sort((a, b) => a - b) });
     const ready = ids.every(Boolean);
-    if (!open || !ready) return <button type="button" disabled={!ready} onClick={() => setOpen(true)}>{ready ? 'Place landmarks on both shapes' : `Choose ${ends.join(' and ')} first`}</button>;
+    if (!open || !ready) return <button type="button" disabled={!ready} onClick={() => setOpen(true)}>{ready ? t`Place landmarks on both shapes` : t`Choose ${ends.join(' and ')} first`}</button>;
     return (
         <div>
             <div class="split">{ends.map((end, e) => <End key={`${end} ${ids[e]}`} title={end} id={ids[e]} places={lists[e]} add={(place) => change({ ...given, [end]: [...lists[e], place] })} />)}</div>
             {n > 0 && (
-                <ol class="plain" aria-label="Landmarks">{Array.from({ length: n }, (_, i) => (
+                <ol class="plain" aria-label={t`Landmarks`}>{Array.from({ length: n }, (_, i) => (
                     <li class="row" key={i}>
                         <strong>{i + 1}</strong> <span class="quiet grow">{ends.map((end, e) => `${end}: ${said(lists[e][i])}`).join('; ')}</span>
-                        <label class="check"><input type="checkbox" checked={held.includes(i)} onChange={() => hold(i)} /> held out</label>
-                        <button type="button" aria-label={`Remove landmark ${i + 1}`} onClick={() => remove(i)}>Remove</button>
+                        <label class="check"><input type="checkbox" checked={held.includes(i)} onChange={() => hold(i)} /> {t`held out`}</label>
+                        <button type="button" aria-label={t`Remove landmark ${i + 1}`} onClick={() => remove(i)}>{t`Remove`}</button>
                     </li>
                 ))}</ol>
             )}
@@ -77,10 +78,10 @@ export function LandmarkField({ ends, ids, text, set }: { ends: [string, string]
 function Met({ weight, set }: { weight: unknown; set: (weight: number | undefined) => void }) {
     return (
         <div class="row">
-            <label>Met <select value={typeof weight === 'number' ? 'weight' : 'exact'} onChange={(e) => set(e.currentTarget.value === 'exact' ? undefined : 1)}>
-                <option value="exact">exactly</option><option value="weight">as far as a weight asks</option>
+            <label>{t`Met`} <select value={typeof weight === 'number' ? 'weight' : 'exact'} onChange={(e) => set(e.currentTarget.value === 'exact' ? undefined : 1)}>
+                <option value="exact">{t`exactly`}</option><option value="weight">{t`as far as a weight asks`}</option>
             </select></label>
-            {typeof weight === 'number' && <label>Weight <input type="number" min={0} step="any" value={weight} onInput={(e) => set(+e.currentTarget.value)} /></label>}
+            {typeof weight === 'number' && <label>{t`Weight`} <input type="number" min={0} step="any" value={weight} onInput={(e) => set(+e.currentTarget.value)} /></label>}
         </div>
     );
 }
@@ -102,7 +103,7 @@ export function GroupLandmarkField({ ids, text, set }: { ids: string[]; text: st
         if (!all.some((l) => l.length)) set(next.vertices ?? same ? JSON.stringify({ vertices: [] }) : '');
         else set(JSON.stringify(next.vertices ?? same ? { vertices: all[0], ...rest } : { points: all, ...rest }));
     };
-    const name = (i: number): string => names?.get(ids[i]) ?? `member ${i + 1}`;
+    const name = (i: number): string => names?.get(ids[i]) ?? t`member ${i + 1}`;
     const add = (place: Place) => {
         const next = lists.map((l, i) => (same || i === member ? [...l, place] : l));
         put({ lists: next });
@@ -111,34 +112,34 @@ export function GroupLandmarkField({ ids, text, set }: { ids: string[]; text: st
     };
     const remove = (k: number) => put({ lists: lists.map((l) => l.filter((_, i) => i !== k)), heldOut: held.filter((h) => h !== k).map((h) => (h > k ? h - 1 : h)) });
     const takeBack = () => put({ lists: lists.map((l, i) => (i === member ? l.slice(0, -1) : l)) });
-    if (!open || !ids.length) return <button type="button" disabled={!ids.length} onClick={() => setOpen(true)}>{ids.length ? 'Place landmarks on the members' : 'Choose a cohort first'}</button>;
+    if (!open || !ids.length) return <button type="button" disabled={!ids.length} onClick={() => setOpen(true)}>{ids.length ? t`Place landmarks on the members` : t`Choose a cohort first`}</button>;
     const lacking = lists.filter((l) => l.length < n).length;
     const meshes = ids.every((id) => id.startsWith('mesh-'));
     return (
         <div>
             <div class="row">
-                {!same && <label>Member <select value={member} onChange={(e) => setMember(+e.currentTarget.value)}>
-                    {ids.map((_, i) => <option value={i}>{`${name(i)}: ${lists[i].length} of ${n}`}</option>)}
+                {!same && <label>{t`Member`} <select value={member} onChange={(e) => setMember(+e.currentTarget.value)}>
+                    {ids.map((_, i) => <option value={i}>{t`${name(i)}: ${lists[i].length} of ${n}`}</option>)}
                 </select></label>}
-                {!same && <button type="button" disabled={member === 0} onClick={() => setMember(member - 1)}>Previous</button>}
-                {!same && <button type="button" disabled={member + 1 === ids.length} onClick={() => setMember(member + 1)}>Next</button>}
-                {!same && lists[member].length > 0 && <button type="button" onClick={takeBack}>Take back the last</button>}
-                {meshes && <label class="check"><input type="checkbox" checked={same} onChange={(e) => put({ lists: ids.map(() => []), vertices: e.currentTarget.checked, heldOut: [] })} /> The meshes have vertices that correspond</label>}
+                {!same && <button type="button" disabled={member === 0} onClick={() => setMember(member - 1)}>{t`Previous`}</button>}
+                {!same && <button type="button" disabled={member + 1 === ids.length} onClick={() => setMember(member + 1)}>{t`Next`}</button>}
+                {!same && lists[member].length > 0 && <button type="button" onClick={takeBack}>{t`Take back the last`}</button>}
+                {meshes && <label class="check"><input type="checkbox" checked={same} onChange={(e) => put({ lists: ids.map(() => []), vertices: e.currentTarget.checked, heldOut: [] })} /> {t`The meshes have vertices that correspond`}</label>}
             </div>
             <End key={ids[same ? 0 : member]} title={name(same ? 0 : member)} id={ids[same ? 0 : member]} places={lists[same ? 0 : member]} add={add} />
             {n > 0 && (
-                <ol class="plain" aria-label="Landmarks">{Array.from({ length: n }, (_, k) => {
+                <ol class="plain" aria-label={t`Landmarks`}>{Array.from({ length: n }, (_, k) => {
                     const on = lists.filter((l) => l.length > k).length;
                     return (
                         <li class="row" key={k}>
-                            <strong>{k + 1}</strong> <span class="quiet grow">{same ? `${said(lists[0][k])} of all members` : `placed on ${on} of ${plural(ids.length, 'member')}`}</span>
-                            <label class="check"><input type="checkbox" checked={held.includes(k)} onChange={() => put({ heldOut: held.includes(k) ? held.filter((h) => h !== k) : [...held, k].sort((a, b) => a - b) })} /> held out</label>
-                            <button type="button" aria-label={`Remove landmark ${k + 1}`} onClick={() => remove(k)}>Remove</button>
+                            <strong>{k + 1}</strong> <span class="quiet grow">{same ? t`${said(lists[0][k])} of all members` : t`placed on ${on} of ${plural(ids.length, 'member')}`}</span>
+                            <label class="check"><input type="checkbox" checked={held.includes(k)} onChange={() => put({ heldOut: held.includes(k) ? held.filter((h) => h !== k) : [...held, k].sort((a, b) => a - b) })} /> {t`held out`}</label>
+                            <button type="button" aria-label={t`Remove landmark ${k + 1}`} onClick={() => remove(k)}>{t`Remove`}</button>
                         </li>
                     );
                 })}</ol>
             )}
-            {n > 0 && lacking > 0 && <p class="wrong" role="status">{plural(lacking, 'member lacks', 'members lack')} a landmark that others have.</p>}
+            {n > 0 && lacking > 0 && <p class="wrong" role="status">{t`${plural(lacking, 'member lacks', 'members lack')} a landmark that others have.`}</p>}
             {n > 0 && <Met weight={given.weight} set={(weight) => put({ weight })} />}
         </div>
     );

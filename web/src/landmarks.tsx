@@ -4,6 +4,7 @@ import * as api from './api';
 import { DataTable } from './charts';
 import { LandmarkChart } from './charts_joint';
 import type { Surface3 } from './glb';
+import { t } from './i18n';
 import { Linked, Path } from './paths';
 import { link } from './router';
 import { Shape, View, linked, shapeAt, surfacePath } from './shape';
@@ -62,23 +63,23 @@ function End({ id, places, title }: { id: string; places: Place[]; title: string
     );
 }
 
-const summary = (of: any): string => `${plural(of.count, 'landmark')}, ${figure(of.rmsDistance)} in the mean (root of squares), ${figure(of.maxDistance)} at most`;
+const summary = (of: any): string => t`${plural(of.count, 'landmark')}, ${figure(of.rmsDistance)} in the mean (root of squares), ${figure(of.maxDistance)} at most`;
 
 /** What is left at each, and at those that were held out. */
 export function LandmarkResult({ found, given, ends, ids }: { found: any; given: any; ends: [string, string]; ids: [string, string] }) {
     if (!found) return null;
     return (
-        <section aria-label="Landmarks">
-            <h2>Landmarks</h2>
-            {found.guiding && <p>Guided by {summary(found.guiding)}{found.weight === 'exact' ? ': they were to be met exactly' : `; weight ${figure(found.weight)}`}.</p>}
-            {found.heldOut && <p><strong>Held out: {summary(found.heldOut)}.</strong> The registration did not see these: they tell how well it corresponds elsewhere.</p>}
+        <section aria-label={t`Landmarks`}>
+            <h2>{t`Landmarks`}</h2>
+            {found.guiding && <p>{t`Guided by ${summary(found.guiding)}${found.weight === 'exact' ? t`: they were to be met exactly` : t`; weight ${figure(found.weight)}`}.`}</p>}
+            {found.heldOut && <p><strong>{t`Held out: ${summary(found.heldOut)}.`}</strong> {t`The registration did not see these: they tell how well it corresponds elsewhere.`}</p>}
             <div class="split">
                 <LandmarkChart points={found.points} />
                 {given && ends.map((end, e) => ids[e] && <End key={ids[e]} id={ids[e]} places={given[end] ?? []} title={end} />)}
             </div>
-            <DataTable rows={[['landmark', 'held out', 'distance that is left', 'angle that is left (rad)', `given point off ${ends[0]}`, `given point off ${ends[1]}`],
-                ...found.points.map((p: any, i: number) => [i + 1, p.heldOut ? 'yes' : '–', p.distance, p.angle, p.offFixed, p.offMoving])]} />
-            <p class="quiet">Distances are straight lines on the moving surface, in its units. Points off a surface were given beside it: the nearest point of it stands for each.</p>
+            <DataTable rows={[[t`landmark`, t`held out`, t`distance that is left`, t`angle that is left (rad)`, t`given point off ${ends[0]}`, t`given point off ${ends[1]}`],
+                ...found.points.map((p: any, i: number) => [i + 1, p.heldOut ? t`yes` : '–', p.distance, p.angle, p.offFixed, p.offMoving])]} />
+            <p class="quiet">{t`Distances are straight lines on the moving surface, in its units. Points off a surface were given beside it: the nearest point of it stands for each.`}</p>
         </section>
     );
 }
@@ -90,11 +91,11 @@ export function Registered({ result, job }: { result: api.Outputs<'register'>; j
     const given: any = result.inputs ?? job.inputs ?? {};
     const [fixed, moving] = [idOf(given.template), idOf(given.moving)];
     const rows: [string, string][] = [
-        ['Distance', `${figure(result.distance, 4)} (before: ${figure(result.distanceBefore, 4)})`],
-        ['Areas are scaled by', `${figure(result.minJacobian)} to ${figure(result.maxJacobian)}`],
-        ['Steps', `${result.iterations}, ended by ${api.words(result.stopped).toLowerCase()}`],
-        ['Cut off by the degree', figure(result.truncationError)],
-        ['How it was searched', result.note],
+        [t`Distance`, t`${figure(result.distance, 4)} (before: ${figure(result.distanceBefore, 4)})`],
+        [t`Areas are scaled by`, t`${figure(result.minJacobian)} to ${figure(result.maxJacobian)}`],
+        [t`Steps`, t`${result.iterations}, ended by ${api.words(result.stopped).toLowerCase()}`],
+        [t`Cut off by the degree`, figure(result.truncationError)],
+        [t`How it was searched`, result.note],
     ];
     const over = useMemo(() => (fixed.startsWith('surf-') ? surfacePath(fixed, 32) : undefined), [fixed]);
     return (
@@ -102,13 +103,13 @@ export function Registered({ result, job }: { result: api.Outputs<'register'>; j
             <dl class="pairs">{rows.map(([name, text]) => <><dt>{name}</dt><dd>{text}</dd></>)}</dl>
             <div class="split">
                 <div>
-                    <h2>Registered{over ? ', over the template' : ''}</h2>
-                    <Shape src={surfacePath(result.surface.id, 32)} label="The registered surface" name="registered" over={over} />
-                    {over && <p class="quiet">Blue: the template.</p>}
-                    <div class="actions no-report"><a class="button" href={link('shapes', result.surface.id)}>Open, download</a></div>
+                    <h2>{t`Registered${over ? t`, over the template` : ''}`}</h2>
+                    <Shape src={surfacePath(result.surface.id, 32)} label={t`The registered surface`} name="registered" over={over} />
+                    {over && <p class="quiet">{t`Blue: the template.`}</p>}
+                    <div class="actions no-report"><a class="button" href={link('shapes', result.surface.id)}>{t`Open, download`}</a></div>
                 </div>
-                {!over && fixed && <div><h2>Template</h2><Linked id={fixed} title="as it was given" /></div>}
-                {moving && <div><h2>Moving</h2><Linked id={moving} title="as it was given" /></div>}
+                {!over && fixed && <div><h2>{t`Template`}</h2><Linked id={fixed} title={t`as it was given`} /></div>}
+                {moving && <div><h2>{t`Moving`}</h2><Linked id={moving} title={t`as it was given`} /></div>}
             </div>
             <LandmarkResult found={result.landmarks} given={given.landmarks} ends={['template', 'moving']} ids={[fixed, moving]} />
         </>
@@ -120,8 +121,8 @@ export function Between({ result, job }: { result: api.Outputs<'geodesic'>; job:
     const given: any = result.inputs ?? job.inputs ?? {};
     return (
         <>
-            <p class="big">Distance {figure(result.distance, 4)} <span class="quiet">length of the path {figure(result.length, 4)}</span></p>
-            <Path surfaces={result.surfaces} texts={result.times.map((t) => `t = ${figure(t)}`)} energies={(result.relativeEnergies as any).geodesic} />
+            <p class="big">{t`Distance ${figure(result.distance, 4)}`} <span class="quiet">{t`length of the path ${figure(result.length, 4)}`}</span></p>
+            <Path surfaces={result.surfaces} texts={result.times.map((at) => `t = ${figure(at)}`)} energies={(result.relativeEnergies as any).geodesic} />
             <LandmarkResult found={result.landmarks} given={given.landmarks} ends={['from', 'to']} ids={[idOf(given.from), idOf(given.to)]} />
         </>
     );

@@ -6,6 +6,7 @@ import * as api from './api';
 import { DataTable } from './charts';
 import { covariatesOf, namesIn, pointsAlong } from './formula';
 import type { Covariate } from './formula';
+import { t, whole } from './i18n';
 import { aPlace, useKept } from './kept';
 import { Shape, surfacePath } from './shape';
 import { mayChange, refreshJobs } from './state';
@@ -15,13 +16,13 @@ const pOf = (test: any): string => `${test.pValueIsFloor ? '≤ ' : ''}${figure(
 const shareOf = (test: any): string => `${figure(test.r2)} (${test.r2Interval?.map((v: number) => figure(v)).join(' to ') ?? '–'})`;
 
 export function Terms({ result }: { result: any }) {
-    const rows = [...(result.terms ?? []).map((t: any) => [t.name, t]), ['all terms', result.model]].filter(([, t]) => t) as [string, any][];
+    const rows = [...(result.terms ?? []).map((t: any) => [t.name, t]), [t`all terms`, result.model]].filter(([, t]) => t) as [string, any][];
     if (!rows.length) return null;
     return (
         <>
-            <DataTable rows={[['term', 'p', 'share of the variance (95 %)', 'least p on the map', 'F', 'degrees of freedom'],
+            <DataTable rows={[[t`term`, 'p', t`share of the variance (95 %)`, t`least p on the map`, 'F', t`degrees of freedom`],
                 ...rows.map(([name, t]) => [name, pOf(t), shareOf(t), figure(t.leastSignificance), figure(t.f), `${t.degreesOfFreedom}, ${t.residualDegreesOfFreedom}`])]} />
-            {result.pairwise?.length > 0 && <><h3>Pairs of levels</h3><DataTable rows={[['term', 'levels', 'p', 'corrected p'], ...result.pairwise.map((p: any) => [p.term, p.levels?.join(' and '), pOf(p), figure(p.correctedP)])]} /></>}
+            {result.pairwise?.length > 0 && <><h3>{t`Pairs of levels`}</h3><DataTable rows={[[t`term`, t`levels`, 'p', t`corrected p`], ...result.pairwise.map((p: any) => [p.term, p.levels?.join(' and '), pOf(p), figure(p.correctedP)])]} /></>}
         </>
     );
 }
@@ -34,10 +35,10 @@ export function Coefficients({ result, what }: { result: any; what: string }) {
     return (
         <>
             <h2>{what}</h2>
-            <label class="no-report">Coefficient <select value={chosen} onChange={(e) => setChosen(+e.currentTarget.value)}>
+            <label class="no-report">{t`Coefficient`} <select value={chosen} onChange={(e) => setChosen(+e.currentTarget.value)}>
                 {known.map((c, i) => <option value={i}>{c.name}</option>)}
             </select></label>
-            <Shape key={coefficient.surface.id} src={surfacePath(coefficient.surface.id, 32)} label={`Mean with the maps of ${coefficient.name}`} name={coefficient.name} first="normalEffect" />
+            <Shape key={coefficient.surface.id} src={surfacePath(coefficient.surface.id, 32)} label={t`Mean with the maps of ${coefficient.name}`} name={coefficient.name} first="normalEffect" />
         </>
     );
 }
@@ -87,19 +88,19 @@ export function Predicted({ process, result, always = [] }: { process: 'regress'
     };
     if (!shown.length && !chosen) return null;
     return (
-        <section aria-label="Predicted shapes">
-            <h2>Predicted shapes</h2>
+        <section aria-label={t`Predicted shapes`}>
+            <h2>{t`Predicted shapes`}</h2>
             {shown.length > 0 && <Along key={shown[0].surface.id + shown.length} predictions={shown} />}
             {chosen && mayChange() && (
                 <div class="row tools no-report">
-                    <label>{shown.length ? 'Others along' : 'Along'} <select value={chosen.name} onChange={(e) => setAlong(e.currentTarget.value)}>
+                    <label>{shown.length ? t`Others along` : t`Along`} <select value={chosen.name} onChange={(e) => setAlong(e.currentTarget.value)}>
                         {covariates.map((c) => <option>{c.name}</option>)}
                     </select></label>
-                    {factors.some((c) => c !== chosen) && <label>for each <select value={split?.name ?? ''} onChange={(e) => setEach(e.currentTarget.value)}>
+                    {factors.some((c) => c !== chosen) && <label>{t`for each`} <select value={split?.name ?? ''} onChange={(e) => setEach(e.currentTarget.value)}>
                         <option value="">–</option>{factors.filter((c) => c !== chosen).map((c) => <option>{c.name}</option>)}
                     </select></label>}
-                    <button disabled={busy} onClick={() => void find()}>{busy ? 'Predicting…' : `Predict ${chosen.numeric ? `from ${figure(chosen.low)} to ${figure(chosen.high)}` : chosen.levels.join(', ')}`}</button>
-                    <span class="quiet">It takes about as long as the model did, without its tests. Covariates that are not chosen are at their mean or first level.</span>
+                    <button disabled={busy} onClick={() => void find()}>{busy ? t`Predicting…` : t`Predict ${chosen.numeric ? t`from ${figure(chosen.low)} to ${figure(chosen.high)}` : chosen.levels.join(', ')}`}</button>
+                    <span class="quiet">{t`It takes about as long as the model did, without its tests. Covariates that are not chosen are at their mean or first level.`}</span>
                 </div>
             )}
             {error ? <ProblemBox error={error} /> : null}
@@ -111,10 +112,10 @@ export function Regression({ result }: { result: api.Outputs<'regress'> }) {
     return (
         <>
             <p class="big"><code>{result.formula}</code></p>
-            <p class="quiet">{plural(result.subjects, 'subject')}, {result.exact ? 'all relabellings' : `${(result.permutations ?? 0).toLocaleString('en')} permutations`}, {result.bootstraps} bootstrap samples.</p>
+            <p class="quiet">{t`${plural(result.subjects, 'subject')}, ${result.exact ? t`all relabellings` : t`${whole(result.permutations ?? 0)} permutations`}, ${result.bootstraps} bootstrap samples.`}</p>
             <Terms result={result} />
             <Predicted process="regress" result={result} />
-            <Coefficients result={result} what="What a unit moves" />
+            <Coefficients result={result} what={t`What a unit moves`} />
         </>
     );
 }

@@ -2,6 +2,7 @@
 import { colourAt, colourText, coloursOf, grey } from './colours';
 import type { Scale } from './colours';
 import type { Field } from './glb';
+import { t } from './i18n';
 import { figure } from './text';
 
 export interface Map3 { field: Field; scale: Scale; low: number; high: number; keep?: (value: number, vertex: number) => boolean; title?: string }
@@ -37,8 +38,8 @@ export const isFlipped = (map: Map3): boolean => /significance|fdr|pvalue/i.test
 export const colourOf = (map: Map3, share: number): string => colourText(map.scale, isFlipped(map) ? 1 - share : share);
 
 /** Of a map as people write it. A length is that of the shapes that were compared: in the units of the files, or of shapes of unit area. */
-export const unitOf = (field: Field): string => (field.unit === 'length' ? 'units of the shape' : field.unit && field.unit !== '1' ? field.unit : '');
-const NAMES: Record<string, string> = { significance: 'p, corrected for all points', fdr: 'false discovery rate', zScore: 'z score', lmax: 'degree', between: 'distance of the other surface, outwards' };
+export const unitOf = (field: Field): string => (field.unit === 'length' ? t`units of the shape` : field.unit && field.unit !== '1' ? field.unit : '');
+const NAMES: Record<string, string> = { significance: t`p, corrected for all points`, fdr: t`false discovery rate`, zScore: 'z score', lmax: 'degree', between: t`distance of the other surface, outwards` };
 export const nameOfMap = (name: string): string => NAMES[name] ?? name.replace(/([a-z0-9])([A-Z])/g, '$1 $2').toLowerCase();
 
 export const titleOf = (map: Map3): string => map.title ?? `${nameOfMap(map.field.name)}${unitOf(map.field) ? ` (${unitOf(map.field)})` : ''}`;
@@ -50,7 +51,7 @@ export function ColourBar({ map, threshold }: { map: Map3; threshold?: number })
     const title = titleOf(map);
     const id = `bar-${map.field.name}-${map.scale}${flip ? '-f' : ''}`;
     return (
-        <svg class="bar" viewBox="0 0 240 46" role="img" aria-label={`Colours of ${title}: from ${figure(map.low)} to ${figure(map.high)}`}>
+        <svg class="bar" viewBox="0 0 240 46" role="img" aria-label={t`Colours of ${title}: from ${figure(map.low)} to ${figure(map.high)}`}>
             <defs><linearGradient id={id}>{stops.map((s) => <stop offset={s} stop-color={colourOf(map, s)} />)}</linearGradient></defs>
             <text x="8" y="12" font-size="11" fill="currentColor">{title}</text>
             <rect x="8" y="17" width="224" height="11" fill={`url(#${id})`} />

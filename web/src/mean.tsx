@@ -2,6 +2,7 @@
 import type * as api from './api';
 import { Curve } from './charts';
 import { GroupLandmarks, MemberDistances, hasDistances, isMet, leftAt } from './charts_group';
+import { t } from './i18n';
 import { aPlace, maybe, useKept } from './kept';
 import { Marked, useGround } from './landmarks';
 import type { Ground, Place } from './landmarks';
@@ -26,7 +27,7 @@ function MarkedMember({ id, title, places }: { id: string; title: string; places
     return (
         <figure class="shape">
             {ground ? <Marked ground={ground} places={places} label={title} /> : <div class="view" aria-busy="true" />}
-            <figcaption>{title}, as its landmarks were given</figcaption>
+            <figcaption>{t`${title}, as its landmarks were given`}</figcaption>
         </figure>
     );
 }
@@ -36,8 +37,8 @@ function MarkedMean({ id, points }: { id: string; points: { position: number[] }
     const ground: Ground | undefined = shape && { shape, vertices: false };
     return (
         <figure class="shape">
-            {ground ? <Marked ground={ground} places={points.map((p) => p.position)} label="Mean" camera={linked} /> : <div class="view" aria-busy="true" />}
-            <figcaption>The mean, with the landmarks on it</figcaption>
+            {ground ? <Marked ground={ground} places={points.map((p) => p.position)} label={t`Mean`} camera={linked} /> : <div class="view" aria-busy="true" />}
+            <figcaption>{t`The mean, with the landmarks on it`}</figcaption>
         </figure>
     );
 }
@@ -50,23 +51,23 @@ export function LandmarksOfGroup({ result, surface, ids }: { result: any; surfac
     const labels: string[] = result.labels ?? ids;
     const given = result.inputs?.landmarks;
     return (
-        <section aria-label="Landmarks">
-            <h2>Landmarks</h2>
-            {found.guiding && <p>Guided by {plural(found.guiding.count, 'landmark')}, {leftAt(found.guiding)}{found.weight === 'exact' ? '' : `; weight ${figure(found.weight)}`}.</p>}
-            {found.heldOut && <p><strong>Held out: {plural(found.heldOut.count, 'landmark')}, {leftAt(found.heldOut)}.</strong> The registrations did not see these: they tell how well members correspond elsewhere.</p>}
+        <section aria-label={t`Landmarks`}>
+            <h2>{t`Landmarks`}</h2>
+            {found.guiding && <p>{t`Guided by ${plural(found.guiding.count, 'landmark')}, ${leftAt(found.guiding)}${found.weight === 'exact' ? '' : t`; weight ${figure(found.weight)}`}.`}</p>}
+            {found.heldOut && <p><strong>{t`Held out: ${plural(found.heldOut.count, 'landmark')}, ${leftAt(found.heldOut)}.`}</strong> {t`The registrations did not see these: they tell how well members correspond elsewhere.`}</p>}
             <div class="split">
                 <GroupLandmarks points={found.points} />
                 <MarkedMean id={surface} points={found.points} />
                 {ids[chosen] && given && <MarkedMember key={chosen} id={ids[chosen]} title={labels[chosen]} places={placesOf(given, chosen)} />}
             </div>
-            <div class="scroll" tabIndex={0} role="region" aria-label="Distances at the landmarks of each member"><table>
-                <thead><tr><th scope="col">Member</th>{found.points.map((p: any, i: number) => <th scope="col">Landmark {i + 1}{p.heldOut ? ' (held out)' : ''}</th>)}</tr></thead>
+            <div class="scroll" tabIndex={0} role="region" aria-label={t`Distances at the landmarks of each member`}><table>
+                <thead><tr><th scope="col">{t`Member`}</th>{found.points.map((p: any, i: number) => <th scope="col">{t`Landmark ${i + 1}${p.heldOut ? t` (held out)` : ''}`}</th>)}</tr></thead>
                 <tbody>{found.members.slice(0, LISTED_MAX).map((m: any, i: number) => (
                     <tr><td><button class="plain-button" aria-pressed={i === chosen} onClick={() => setChosen(i)}>{labels[i]}</button></td>
                         {m.distances.map((d: number | null, k: number) => <td>{isMet(m.angles[k]) ? 0 : figure(d)}</td>)}</tr>
                 ))}</tbody>
             </table></div>
-            <p class="quiet">Distances are straight lines between points of the member, in the units of its file.</p>
+            <p class="quiet">{t`Distances are straight lines between points of the member, in the units of its file.`}</p>
         </section>
     );
 }
@@ -74,9 +75,9 @@ export function LandmarksOfGroup({ result, surface, ids }: { result: any; surfac
 // ---- The mean ------------------------------------------------------------------------------------------------------
 
 function wayTo(result: api.Outputs<'mean'>): string {
-    if (!result.registration) return 'of the surfaces as they are parameterized: none was registered';
+    if (!result.registration) return t`of the surfaces as they are parameterized: none was registered`;
     const { iterations } = result;
-    return result.converged ? `found after ${plural(iterations, 'iteration')}` : `not reached after ${plural(iterations, 'iteration')}: it is shown as it was then`;
+    return result.converged ? t`found after ${plural(iterations, 'iteration')}` : t`not reached after ${plural(iterations, 'iteration')}: it is shown as it was then`;
 }
 
 export function Mean({ result, job }: { result: api.Outputs<'mean'>; job: api.Job }) {
@@ -87,37 +88,37 @@ export function Mean({ result, job }: { result: api.Outputs<'mean'>; job: api.Jo
     const name = result.surface.name || 'mean';
     const button = (i: number) => <button class="plain-button" aria-pressed={i === chosen} onClick={() => setChosen(i)}>{result.labels[i]}</button>;
     const rows: [string, string][] = [
-        ['Degree', `${result.surface.lmax}`],
-        ['Relative energy', `${figure(result.relativeEnergy, 2)} (0: the mean of the fields is that of a shape)`],
-        ...(pullback ? [['Mean squared length of geodesics', figure(pullback.variance, 4)], ['Mean of the logarithms', `${figure(pullback.meanVelocity, 2)} (0 at a minimum)`], ['From the mean of the fields', figure(pullback.moved)]] as [string, string][] : []),
+        [t`Degree`, `${result.surface.lmax}`],
+        [t`Relative energy`, t`${figure(result.relativeEnergy, 2)} (0: the mean of the fields is that of a shape)`],
+        ...(pullback ? [[t`Mean squared length of geodesics`, figure(pullback.variance, 4)], [t`Mean of the logarithms`, t`${figure(pullback.meanVelocity, 2)} (0 at a minimum)`], [t`From the mean of the fields`, figure(pullback.moved)]] as [string, string][] : []),
     ];
     return (
         <>
-            <p class="big">Mean of {plural(result.labels.length, 'shape')} <span class={result.converged ? 'quiet' : 'wrong'}>{wayTo(result)}</span></p>
+            <p class="big">{t`Mean of ${plural(result.labels.length, 'shape')}`} <span class={result.converged ? 'quiet' : 'wrong'}>{wayTo(result)}</span></p>
             <div class="split">
                 <div>
-                    <Shape src={surfacePath(result.surface.id, 32)} label="The mean" name={name} downloads={FORMATS.map((f) => [f, `/v1/surfaces/${result.surface.id}/mesh?format=${f}&resolution=48`])} />
+                    <Shape src={surfacePath(result.surface.id, 32)} label={t`The mean`} name={name} downloads={FORMATS.map((f) => [f, `/v1/surfaces/${result.surface.id}/mesh?format=${f}&resolution=48`])} />
                     <dl class="pairs">{rows.map(([title, text]) => <><dt>{title}</dt><dd>{text}</dd></>)}</dl>
-                    <div class="actions no-report"><a class="button" href={link('shapes', result.surface.id)}>Open, download</a></div>
+                    <div class="actions no-report"><a class="button" href={link('shapes', result.surface.id)}>{t`Open, download`}</a></div>
                 </div>
                 <div>
                     {whole && <MemberDistances result={result} chosen={chosen} onChoose={setChosen} />}
-                    {chosen === undefined && <p class="quiet no-report">Choose a member to see it beside the mean.</p>}
+                    {chosen === undefined && <p class="quiet no-report">{t`Choose a member to see it beside the mean.`}</p>}
                 </div>
-                {chosen !== undefined && ids[chosen] && <Linked key={chosen} id={ids[chosen]} title={`${result.labels[chosen]}${result.groups?.[chosen] ? ` (${result.groups[chosen]})` : ''}, ${figure(result.distances[chosen])} from the mean`} />}
-                {result.history.length > 2 && <Curve title="What is minimized, by iteration" name="history" labels={['iteration', 'objective']}
+                {chosen !== undefined && ids[chosen] && <Linked key={chosen} id={ids[chosen]} title={t`${result.labels[chosen]}${result.groups?.[chosen] ? ` (${result.groups[chosen]})` : ''}, ${figure(result.distances[chosen])} from the mean`} />}
+                {result.history.length > 2 && <Curve title={t`What is minimized, by iteration`} name="history" labels={[t`iteration`, t`objective`]}
                     points={result.history.map((h: any) => ({ x: h.iteration, y: h.objective }))} />}
             </div>
             <LandmarksOfGroup result={result} surface={result.surface.id} ids={ids} />
-            <h2>Members</h2>
-            <div class="scroll" tabIndex={0} role="region" aria-label="Members and their distances"><table>
-                <thead><tr><th scope="col">Member</th>{result.groups && <th scope="col">Label</th>}<th scope="col">Distance from the mean</th></tr></thead>
+            <h2>{t`Members`}</h2>
+            <div class="scroll" tabIndex={0} role="region" aria-label={t`Members and their distances`}><table>
+                <thead><tr><th scope="col">{t`Member`}</th>{result.groups && <th scope="col">{t`Label`}</th>}<th scope="col">{t`Distance from the mean`}</th></tr></thead>
                 <tbody>{result.labels.slice(0, LISTED_MAX).map((_, i) => (
                     <tr><td>{button(i)}</td>{result.groups && <td>{result.groups[i] ?? '–'}</td>}<td>{figure(result.distances[i], 4)}</td></tr>
                 ))}</tbody>
             </table></div>
-            {result.labels.length > LISTED_MAX && <p class="quiet">and {result.labels.length - LISTED_MAX} more: they are in the results as JSON.</p>}
-            {!whole && <p class="quiet">No distance is known of {plural(result.distances.filter((d) => d === null).length, 'member')}.</p>}
+            {result.labels.length > LISTED_MAX && <p class="quiet">{t`and ${result.labels.length - LISTED_MAX} more: they are in the results as JSON.`}</p>}
+            {!whole && <p class="quiet">{t`No distance is known of ${plural(result.distances.filter((d) => d === null).length, 'member')}.`}</p>}
         </>
     );
 }

@@ -5,6 +5,7 @@ import { go, link } from './router';
 import { jobs, mayChange, refreshJobs, say } from './state';
 import { FORMATS, LongTable, Page, ProblemBox, Shown, figure, later, plural, size, useLoad } from './ui';
 import { DropZone, Uploads } from './home';
+import { t, whole } from './i18n';
 import { aText, oneOf, useKept } from './kept';
 import { nameOfMap } from './maps';
 import { Delete, Rename } from './records';
@@ -35,10 +36,10 @@ function Mend({ mesh, done }: { mesh: api.Mesh; done?: (id: string) => void }) {
             const answer = await api.run('repair', inputs);
             refreshJobs();
             if (answer.mesh.report.analysable) {
-                say(`${mesh.name || mesh.id} was mended`);
+                say(t`${mesh.name || mesh.id} was mended`);
                 await api.send('patch', '/v1/meshes/{id}', { id: answer.mesh.id }, { name: `${mesh.name || 'mesh'} mended` });
                 done?.(answer.mesh.id);
-            } else setSaid(answer.mesh.report.problems[0]?.detail ?? 'It cannot be mended this way.');
+            } else setSaid(answer.mesh.report.problems[0]?.detail ?? t`It cannot be mended this way.`);
         } catch (error) {
             setSaid((error as Error).message);
         }
@@ -46,7 +47,7 @@ function Mend({ mesh, done }: { mesh: api.Mesh; done?: (id: string) => void }) {
     };
     return (
         <>
-            <button onClick={mend} disabled={busy} aria-label={`Repair ${mesh.name || mesh.id}`}>{busy ? 'Repairing…' : 'Repair'}</button>
+            <button onClick={mend} disabled={busy} aria-label={t`Repair ${mesh.name || mesh.id}`}>{busy ? t`Repairing…` : t`Repair`}</button>
             {said && <span class="wrong" title={said}> {said}</span>}
         </>
     );
@@ -107,45 +108,45 @@ export function Meshes() {
         }
     };
     return (
-        <Page title="Meshes" actions={mayChange() && good > 0 && (
+        <Page title={t`Meshes`} actions={mayChange() && good > 0 && (
             <>
                 {chosen.size > 0 && <Delete kind="meshes" ids={[...chosen]} done={(kept) => { setChosen(new Set(kept)); setRound(round + 1); }} />}
-                {chosen.size > 0 && cohorts.length > 0 && <label><span class="sr">Add to a cohort</span> <select value="" onChange={(e) => void addTo(e.currentTarget.value)}>
-                    <option value="">Add {chosen.size} to…</option>{cohorts.map((c) => <option>{c.name}</option>)}
+                {chosen.size > 0 && cohorts.length > 0 && <label><span class="sr">{t`Add to a cohort`}</span> <select value="" onChange={(e) => void addTo(e.currentTarget.value)}>
+                    <option value="">{t`Add ${chosen.size} to…`}</option>{cohorts.map((c) => <option>{c.name}</option>)}
                 </select></label>}
-                <button class="main" onClick={makeCohort}>New cohort of {chosen.size || good}</button>
+                <button class="main" onClick={makeCohort}>{t`New cohort of ${chosen.size || good}`}</button>
             </>
         )}>
             {mayChange() && <DropZone compact />}
             <Uploads />
             {error ? <ProblemBox error={error} /> : null}
             <div class="row tools">
-                <label>Search <input type="search" value={find} onInput={(e) => setFind(e.currentTarget.value)} /></label>
-                <label>Show <select value={only} onChange={(e) => setOnly(e.currentTarget.value)}>
-                    <option value="">all</option><option value="good">can be analysed</option><option value="bad">to be mended</option>
+                <label>{t`Search`} <input type="search" value={find} onInput={(e) => setFind(e.currentTarget.value)} /></label>
+                <label>{t`Show`} <select value={only} onChange={(e) => setOnly(e.currentTarget.value)}>
+                    <option value="">{t`all`}</option><option value="good">{t`can be analysed`}</option><option value="bad">{t`to be mended`}</option>
                 </select></label>
-                <span class="quiet" role="status">{good} of {items.length.toLocaleString('en')} can be analysed{items.length > good ? `, ${items.length - good} to be mended` : ''}</span>
+                <span class="quiet" role="status">{t`${good} of ${whole(items.length)} can be analysed${items.length > good ? t`, ${items.length - good} to be mended` : ''}`}</span>
             </div>
-            {items.length === 0 ? <p class="quiet">{loaded ? 'No meshes yet. Drop some above, or load the example from the start page.' : 'Loading…'}</p> : (
-                <LongTable label="Meshes" items={shown} keyOf={(m) => m.id}
+            {items.length === 0 ? <p class="quiet">{loaded ? t`No meshes yet. Drop some above, or load the example from the start page.` : t`Loading…`}</p> : (
+                <LongTable label={t`Meshes`} items={shown} keyOf={(m) => m.id}
                     columns={[
-                        { title: 'Chosen', hidden: true, width: '2.2rem' }, { title: 'Name', by: (m) => m.name || m.id }, { title: 'Faces', width: '5.5rem', by: (m) => m.faces }, { title: 'Size', width: '5rem', by: (m) => m.bytes },
-                        { title: 'Route', width: '5rem', by: (m) => m.report.route }, { title: 'Star margin', width: '8rem', by: (m) => m.report.starShaped?.margin },
-                        { title: 'Fit', width: '5rem', by: (m) => fits.get(m.id) }, { title: 'Repairs' }, { title: 'Problem', by: (m) => m.report.problems[0]?.code }, { title: 'Repair', hidden: true, width: '6rem' },
+                        { title: t`Chosen`, hidden: true, width: '2.2rem' }, { title: t`Name`, by: (m) => m.name || m.id }, { title: t`Faces`, width: '5.5rem', by: (m) => m.faces }, { title: t`Size`, width: '5rem', by: (m) => m.bytes },
+                        { title: t`Route`, width: '5rem', by: (m) => m.report.route }, { title: t`Star margin`, width: '8rem', by: (m) => m.report.starShaped?.margin },
+                        { title: t`Fit`, width: '5rem', by: (m) => fits.get(m.id) }, { title: t`Repairs` }, { title: t`Problem`, by: (m) => m.report.problems[0]?.code }, { title: t`Repair`, hidden: true, width: '6rem' },
                     ]}
                     row={(m) => [
-                        <input type="checkbox" checked={chosen.has(m.id)} onChange={() => toggle(m.id)} aria-label={`Choose ${m.name || m.id}`} />,
+                        <input type="checkbox" checked={chosen.has(m.id)} onChange={() => toggle(m.id)} aria-label={t`Choose ${m.name || m.id}`} />,
                         <a href={link('meshes', m.id)}>{m.name || m.id}</a>,
-                        m.faces.toLocaleString('en'), size(m.bytes), m.report.route ?? '–', figure(m.report.starShaped?.margin),
+                        whole(m.faces), size(m.bytes), m.report.route ?? '–', figure(m.report.starShaped?.margin),
                         fits.has(m.id) ? `${figure(100 * fits.get(m.id)!, 2)} %` : '–',
                         m.report.repairs.map((r) => `${r.code} ${r.count}`).join(', ') || '–',
                         m.report.problems[0] ? <span class="wrong" title={m.report.problems[0].detail}>{m.report.problems[0].code}: {m.report.problems[0].detail}</span> : '–',
                         m.report.analysable ? null : <Mend mesh={m} done={() => setRound(round + 1)} />,
                     ]} />
             )}
-            {items.length > 0 && <p class="quiet">Route: how a mesh is mapped to the sphere. Star margin: above 0 one point inside sees all of the surface. Fit: how far the encoding is from the mesh (root mean square), as a share of its diagonal; – until it is encoded by itself.</p>}
+            {items.length > 0 && <p class="quiet">{t`Route: how a mesh is mapped to the sphere. Star margin: above 0 one point inside sees all of the surface. Fit: how far the encoding is from the mesh (root mean square), as a share of its diagonal; – until it is encoded by itself.`}</p>}
             {shown.length > 0 && (
-                <p><button onClick={() => setChosen(new Set(all ? [] : shown.map((m) => m.id)))}>{all ? 'Choose none' : `Choose all ${shown.length.toLocaleString('en')} shown`}</button></p>
+                <p><button onClick={() => setChosen(new Set(all ? [] : shown.map((m) => m.id)))}>{all ? t`Choose none` : t`Choose all ${whole(shown.length)} shown`}</button></p>
             )}
         </Page>
     );
@@ -158,35 +159,35 @@ export function MeshPage({ id }: { id: string }) {
     const [over, setOver] = useKept('with', '', aText);
     const chosen = encodings.find((s) => s.id === over);
     return (
-        <Shown of={mesh} page label="the mesh">{(m) => (
+        <Shown of={mesh} page label={t`the mesh`}>{(m) => (
             <Page title={m.name || m.id} actions={<>
                 <Mend mesh={m} done={(made) => go(link('meshes', made))} />
                 <Rename kind="meshes" id={id} name={m.name} done={mesh.reload} />
                 <Delete kind="meshes" ids={[id]} name={m.name || m.id} done={(kept) => kept.length || go('#/meshes')} />
             </>}>
                 <div class="split">
-                    <Shape src={`/v1/meshes/${id}/content?format=glb`} mesh={id} unit="mm" label={`Mesh ${m.name}`} marks={m.report.problems}
+                    <Shape src={`/v1/meshes/${id}/content?format=glb`} mesh={id} unit="mm" label={t`Mesh ${m.name}`} marks={m.report.problems}
                         name={m.name || m.id} downloads={FORMATS.map((f) => [f, `/v1/meshes/${id}/content?format=${f}`])} over={chosen && `/v1/surfaces/${chosen.id}/mesh?format=glb&resolution=32&space=original`} />
                     <div>
                         {encodings.length > 0 && (
-                            <p><label>With its encoding <select value={chosen ? over : ''} onChange={(e) => setOver(e.currentTarget.value)}>
-                                <option value="">none</option>{encodings.map((s) => <option value={s.id}>{`degree ${s.lmax}, ${s.name || s.id}`}</option>)}
+                            <p><label>{t`With its encoding`} <select value={chosen ? over : ''} onChange={(e) => setOver(e.currentTarget.value)}>
+                                <option value="">{t`none`}</option>{encodings.map((s) => <option value={s.id}>{t`degree ${s.lmax}, ${s.name || s.id}`}</option>)}
                             </select></label></p>
                         )}
-                        {chosen && <p class="quiet">Blue: the surface that degree {chosen.lmax} can hold. The map “{nameOfMap('between')}” shows what was lost.</p>}
+                        {chosen && <p class="quiet">{t`Blue: the surface that degree ${chosen.lmax} can hold. The map “${nameOfMap('between')}” shows what was lost.`}</p>}
                         {m.report.problems.map((p) => (
                             <div class="problem"><strong>{p.code}</strong><p>{p.detail}</p></div>
                         ))}
                         <dl class="pairs">
-                            <dt>Vertices, faces</dt><dd>{m.vertices.toLocaleString('en')}, {m.faces.toLocaleString('en')}</dd>
-                            <dt>Area</dt><dd>{figure(m.report.area, 5)} mm²</dd>
-                            <dt>Volume</dt><dd>{figure(m.report.volume, 5)} mm³ <span class="quiet">(the unit of the file is taken to be the millimetre)</span></dd>
-                            <dt>Closed, genus, parts</dt><dd>{m.report.closed ? 'closed' : 'open'}, {m.report.genus ?? '–'}, {m.report.components}</dd>
-                            <dt>Route</dt><dd>{m.report.route ?? '–'}{m.report.starShaped?.value ? ', star-shaped' : ''}</dd>
-                            <dt>Repairs when read</dt><dd>{m.report.repairs.map((r) => `${r.code}: ${r.count}`).join(', ') || 'none'}</dd>
-                            <dt>Id</dt><dd><code>{m.id}</code></dd>
+                            <dt>{t`Vertices, faces`}</dt><dd>{whole(m.vertices)}, {whole(m.faces)}</dd>
+                            <dt>{t`Area`}</dt><dd>{t`${figure(m.report.area, 5)} mm²`}</dd>
+                            <dt>{t`Volume`}</dt><dd>{t`${figure(m.report.volume, 5)} mm³`} <span class="quiet">{t`(the unit of the file is taken to be the millimetre)`}</span></dd>
+                            <dt>{t`Closed, genus, parts`}</dt><dd>{m.report.closed ? t`closed` : t`open`}, {m.report.genus ?? '–'}, {m.report.components}</dd>
+                            <dt>{t`Route`}</dt><dd>{m.report.route ?? '–'}{m.report.starShaped?.value ? t`, star-shaped` : ''}</dd>
+                            <dt>{t`Repairs when read`}</dt><dd>{m.report.repairs.map((r) => `${r.code}: ${r.count}`).join(', ') || t`none`}</dd>
+                            <dt>{t`Id`}</dt><dd><code>{m.id}</code></dd>
                         </dl>
-                        {mayChange() && m.report.analysable && <a class="button main" href={`${link('analyses', 'encode')}?mesh=${m.id}`}>Encode as a surface</a>}
+                        {mayChange() && m.report.analysable && <a class="button main" href={`${link('analyses', 'encode')}?mesh=${m.id}`}>{t`Encode as a surface`}</a>}
                     </div>
                 </div>
             </Page>
@@ -209,24 +210,24 @@ export function Volume({ id }: { id: string }) {
         }
     };
     return (
-        <Shown of={volume} page label="the segmentation">{(v) => (
-            <Page title={v.name || 'Segmentation'} actions={<>
+        <Shown of={volume} page label={t`the segmentation`}>{(v) => (
+            <Page title={v.name || t`Segmentation`} actions={<>
                 <Rename kind="volumes" id={id} name={v.name} done={volume.reload} />
                 <Delete kind="volumes" ids={[id]} name={v.name || v.id} done={(kept) => kept.length || go('#/meshes')} />
             </>}>
-                <p>Choose the labels that become meshes, one of each.</p>
+                <p>{t`Choose the labels that become meshes, one of each.`}</p>
                 {error ? <ProblemBox error={error} /> : null}
-                <fieldset><legend>Labels</legend>
+                <fieldset><legend>{t`Labels`}</legend>
                     {(v.labels ?? []).map((l) => (
                         <label class="check"><input type="checkbox" checked={chosen.has(l.value)} onChange={() => setChosen((before) => {
                             const next = new Set(before);
                             if (!next.delete(l.value)) next.add(l.value);
                             return next;
-                        })} /> {l.value}{l.name ? ` ${l.name}` : ''} <span class="quiet">{l.voxels.toLocaleString('en')} voxels</span></label>
+                        })} /> {l.value}{l.name ? ` ${l.name}` : ''} <span class="quiet">{t`${whole(l.voxels)} voxels`}</span></label>
                     ))}
                 </fieldset>
-                <p><button onClick={() => setChosen(new Set(chosen.size ? [] : (v.labels ?? []).map((l) => l.value)))}>{chosen.size ? 'Choose none' : 'Choose all'}</button></p>
-                {mayChange() && <button class="main" disabled={!chosen.size} onClick={extract}>Make {plural(chosen.size, 'mesh', 'meshes')}</button>}
+                <p><button onClick={() => setChosen(new Set(chosen.size ? [] : (v.labels ?? []).map((l) => l.value)))}>{chosen.size ? t`Choose none` : t`Choose all`}</button></p>
+                {mayChange() && <button class="main" disabled={!chosen.size} onClick={extract}>{t`Make ${plural(chosen.size, 'mesh', 'meshes')}`}</button>}
             </Page>
         )}</Shown>
     );

@@ -1,5 +1,6 @@
 // Shapes at points of a model, as the service computes them while one waits; nothing of it is stored.
 import * as api from './api';
+import { t } from './i18n';
 
 export interface Point { positions: Float32Array; offset: number; energy: number }
 
@@ -21,5 +22,5 @@ export async function shapeOf(model: string, coefficients: number[], signal?: Ab
 }
 
 export const existence = (offset: number): string =>
-    offset < 0.1 ? 'this shape exists' : offset <= 0.5 ? `the shape shown is the nearest that exists, ${Math.round(100 * offset)} % of the way off`
-        : 'such a shape does not exist; this is the nearest one';
+    offset < 0.1 ? t`this shape exists` : offset <= 0.5 ? t`the shape shown is the nearest that exists, ${Math.round(100 * offset)} % of the way off`
+        : t`such a shape does not exist; this is the nearest one`;

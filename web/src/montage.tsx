@@ -3,6 +3,7 @@
 import { useState } from 'preact/hooks';
 import { boundsOf } from './geometry';
 import type { Surface3 } from './glb';
+import { t } from './i18n';
 import { Camera, draw, forget } from './stage';
 import { ProblemBox, save } from './ui';
 
@@ -57,5 +58,5 @@ export function MontageButton({ rows, columns, camera, name, title }: {
         }
         setBusy(false);
     };
-    return <><button disabled={busy} onClick={() => void make()}>{busy ? 'Drawing…' : title}</button>{error ? <ProblemBox error={error} /> : null}</>;
+    return <><button disabled={busy} onClick={() => void make()}>{busy ? t`Drawing…` : title}</button>{error ? <ProblemBox error={error} /> : null}</>;
 }

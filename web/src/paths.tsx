@@ -2,6 +2,7 @@
 import { useEffect, useMemo, useState } from 'preact/hooks';
 import type * as api from './api';
 import { normalsOf } from './geometry';
+import { t } from './i18n';
 import { aNumber, useKept } from './kept';
 import { MontageButton } from './montage';
 import { link } from './router';
@@ -19,7 +20,7 @@ export function Linked({ id, title, resolution = 24, colour }: { id: string; tit
         <figure class="shape">
             {shape ? <View parts={[{ shape, colour }]} camera={alone ? own : linked} label={title} onLink={() => setAlone(!alone)} />
                 : <div class="view" aria-busy="true" />}
-            <figcaption>{title}{alone ? ' (turns alone)' : ''}</figcaption>
+            <figcaption>{title}{alone ? t` (turns alone)` : ''}</figcaption>
         </figure>
     );
 }
@@ -61,21 +62,21 @@ export function Path({ surfaces, texts, energies }: { surfaces: api.Surface[]; t
     const here = Math.round(at);
     const inPicture = [...new Set(Array.from({ length: PICTURED_MAX }, (_, k) => Math.round((k * last) / (PICTURED_MAX - 1))))];
     return (
-        <Shown of={loaded} label="shapes">{() => (
+        <Shown of={loaded} label={t`shapes`}>{() => (
             <>
                 <figure class="shape tall">
-                    {moving && <View parts={[{ shape: moving }]} camera={linked} version={version} label={`Shape ${texts[here]}`} />}
+                    {moving && <View parts={[{ shape: moving }]} camera={linked} version={version} label={t`Shape ${texts[here]}`} />}
                     <figcaption class="row">
-                        <span>{texts[here]}{energies?.[here] !== undefined ? <span class="quiet"> relative energy {figure(energies[here], 2)}</span> : null}</span>
+                        <span>{texts[here]}{energies?.[here] !== undefined ? <span class="quiet"> {t`relative energy ${figure(energies[here], 2)}`}</span> : null}</span>
                         {moving && <span class="no-report"><PictureButtons parts={[{ shape: moving }]} camera={linked} name="path" /></span>}
                     </figcaption>
                 </figure>
                 <div class="row no-report">
-                    <button onClick={() => setPlaying(!playing)} aria-pressed={playing}>{playing ? 'Stop' : 'Play'}</button>
-                    {loaded.value && <MontageButton title="All in one picture" name="path" camera={linked} columns={inPicture.map((i) => texts[i])} rows={async () => [{ text: '', shapes: inPicture.map((i) => ({ ...loaded.value![i] })) }]} />}
-                    <input class="grow" type="range" min={0} max={last} step={0.01} value={at} aria-label="Where along the path" onInput={(e) => { setPlaying(false); setAt(+e.currentTarget.value); }} />
+                    <button onClick={() => setPlaying(!playing)} aria-pressed={playing}>{playing ? t`Stop` : t`Play`}</button>
+                    {loaded.value && <MontageButton title={t`All in one picture`} name="path" camera={linked} columns={inPicture.map((i) => texts[i])} rows={async () => [{ text: '', shapes: inPicture.map((i) => ({ ...loaded.value![i] })) }]} />}
+                    <input class="grow" type="range" min={0} max={last} step={0.01} value={at} aria-label={t`Where along the path`} onInput={(e) => { setPlaying(false); setAt(+e.currentTarget.value); }} />
                 </div>
-                <div class="gallery">{surfaces.map((s, i) => <div key={`${s.id} ${i}`}><Linked id={s.id} title={texts[i]} resolution={24} /><a class="no-report" href={link('shapes', s.id)}>Open, download</a></div>)}</div>
+                <div class="gallery">{surfaces.map((s, i) => <div key={`${s.id} ${i}`}><Linked id={s.id} title={texts[i]} resolution={24} /><a class="no-report" href={link('shapes', s.id)}>{t`Open, download`}</a></div>)}</div>
             </>
         )}</Shown>
     );

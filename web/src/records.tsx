@@ -2,6 +2,7 @@
 // name, and delete it, alone or with what needs it.
 import { useRef, useState } from 'preact/hooks';
 import * as api from './api';
+import { t } from './i18n';
 import { link } from './router';
 import { jobs, mayChange, say } from './state';
 import { ProblemBox, plural } from './ui';
@@ -29,12 +30,12 @@ export function Rename({ kind, id, name, done }: { kind: Kind; id: string; name:
     };
     return (
         <>
-            <button onClick={() => { setText(name); setError(undefined); dialog.current!.showModal(); }}>Rename</button>
-            <dialog ref={dialog} aria-label={`Another name for the ${ONE[kind]}`}>
+            <button onClick={() => { setText(name); setError(undefined); dialog.current!.showModal(); }}>{t`Rename`}</button>
+            <dialog ref={dialog} aria-label={t`Another name for the ${ONE[kind]}`}>
                 <form onSubmit={rename}>
-                    <label>Name <input type="text" value={text} required maxLength={255} onInput={(e) => setText(e.currentTarget.value)} /></label>
+                    <label>{t`Name`} <input type="text" value={text} required maxLength={255} onInput={(e) => setText(e.currentTarget.value)} /></label>
                     {error ? <ProblemBox error={error} /> : null}
-                    <div class="actions"><button class="main">Rename</button><button type="button" onClick={() => dialog.current!.close()}>Keep</button></div>
+                    <div class="actions"><button class="main">{t`Rename`}</button><button type="button" onClick={() => dialog.current!.close()}>{t`Keep`}</button></div>
                 </form>
             </dialog>
         </>
@@ -76,7 +77,7 @@ function Needing({ why }: { why: api.Problem[] }) {
                         {kind === 'surface' ? '' : <>: {all.map((n, i) => <>{i ? ', ' : ''}<a href={link(PLACES[n.kind], n.id)}>{nameOf(n.kind, n.id)}</a></>)}</>}</li>
                 );
             })}
-            {more > 0 && <li>{more} more</li>}
+            {more > 0 && <li>{t`${more} more`}</li>}
         </ul>
     );
 }
@@ -104,7 +105,7 @@ export function Delete({ kind, ids, name, done }: {
         try {
             const found = await removeAll(kind, which, cascade);
             const gone = which.length - found.kept.length;
-            if (gone) say(`${plural(gone, ONE[kind], kind === 'meshes' ? 'meshes' : `${ONE[kind]}s`)} deleted`);
+            if (gone) say(t`${plural(gone, ONE[kind], kind === 'meshes' ? 'meshes' : `${ONE[kind]}s`)} deleted`);
             if (found.kept.length) setLeft(found);
             else close([]);
         } catch (e) {
@@ -114,20 +115,20 @@ export function Delete({ kind, ids, name, done }: {
     };
     return (
         <>
-            <button class="risky" onClick={() => { setLeft(undefined); setError(undefined); dialog.current!.showModal(); }}>{name ? 'Delete' : `Delete ${ids.length}`}</button>
-            <dialog ref={dialog} aria-label={`Delete ${what}?`} onCancel={() => left && done(left.kept)}>
+            <button class="risky" onClick={() => { setLeft(undefined); setError(undefined); dialog.current!.showModal(); }}>{name ? t`Delete` : t`Delete ${ids.length}`}</button>
+            <dialog ref={dialog} aria-label={t`Delete ${what}?`} onCancel={() => left && done(left.kept)}>
                 {left ? (
                     <>
-                        <p><strong>{left.kept.length === 1 && name ? `${name} is needed` : `${left.kept.length} of ${ids.length} stay: they are needed`}</strong> by</p>
+                        <p><strong>{left.kept.length === 1 && name ? t`${name} is needed` : t`${left.kept.length} of ${ids.length} stay: they are needed`}</strong> {t`by`}</p>
                         <Needing why={left.why} />
-                        <p>These can be deleted with {left.kept.length === 1 ? 'it' : 'them'}. That is final.</p>
+                        <p>{t`These can be deleted with ${left.kept.length === 1 ? t`it` : t`them`}. That is final.`}</p>
                     </>
-                ) : <p>Delete {what}? That is final.</p>}
+                ) : <p>{t`Delete ${what}? That is final.`}</p>}
                 {error ? <ProblemBox error={error} /> : null}
                 <div class="actions">
-                    {left ? <button class="risky" disabled={busy} onClick={() => void remove(left.kept, true)}>Delete all of that</button>
-                        : <button class="risky" disabled={busy} onClick={() => void remove(ids, false)}>{busy ? 'Deleting…' : 'Delete'}</button>}
-                    <button autofocus onClick={() => close(left?.kept)}>Keep</button>
+                    {left ? <button class="risky" disabled={busy} onClick={() => void remove(left.kept, true)}>{t`Delete all of that`}</button>
+                        : <button class="risky" disabled={busy} onClick={() => void remove(ids, false)}>{busy ? t`Deleting…` : t`Delete`}</button>}
+                    <button autofocus onClick={() => close(left?.kept)}>{t`Keep`}</button>
                 </div>
             </dialog>
         </>

@@ -8,6 +8,7 @@ import { GROUPS } from './colours';
 import { Components } from './components';
 import { Findings } from './findings';
 import { Groups } from './groups';
+import { t, whole } from './i18n';
 import { Joint, JointModel } from './joint';
 import { aPlace, maybe, oneOf, useKept } from './kept';
 import { Between, Registered } from './landmarks';
@@ -29,8 +30,8 @@ import { Within } from './within';
 function Warnings({ list }: { list?: { code: string; detail: string }[] }) {
     if (!list?.length) return null;
     return (
-        <section class="warning" aria-label="Warnings">
-            <strong>Reasons to doubt</strong>
+        <section class="warning" aria-label={t`Warnings`}>
+            <strong>{t`Reasons to doubt`}</strong>
             <ul>{list.map((w) => <li><code>{w.code}</code> {w.detail}</li>)}</ul>
         </section>
     );
@@ -41,13 +42,13 @@ function Warnings({ list }: { list?: { code: string; detail: string }[] }) {
 export function ModelPage({ id }: { id: string }) {
     const model = useLoad((signal) => api.get('/v1/models/{id}', { id }, signal), [id]);
     return (
-        <Shown of={model} page label="the model">{(m) => (
-            <Page title={m.name || m.madeFrom?.cohort || 'Model'} actions={<>
-                <ReportButton title={m.name || 'Model'} id={m.madeFrom?.job} />
+        <Shown of={model} page label={t`the model`}>{(m) => (
+            <Page title={m.name || m.madeFrom?.cohort || t`Model`} actions={<>
+                <ReportButton title={m.name || t`Model`} id={m.madeFrom?.job} />
                 <Rename kind="models" id={id} name={m.name ?? ''} done={model.reload} />
                 <Delete kind="models" ids={[id]} name={m.name || m.madeFrom?.cohort || m.id} done={(kept) => kept.length || go('#/analyses')} />
             </>}>
-                <p class="quiet">{m.kind === 'parts' ? `${plural(m.subjects, 'subject')}, ${plural(m.parts!.length, 'structure')} of each` : plural(m.subjects, 'shape')}, {plural(m.components, 'component')}, degree {m.lmax}</p>
+                <p class="quiet">{t`${m.kind === 'parts' ? t`${plural(m.subjects, 'subject')}, ${plural(m.parts!.length, 'structure')} of each` : plural(m.subjects, 'shape')}, ${plural(m.components, 'component')}, degree ${m.lmax}`}</p>
                 <div class="results">{m.kind === 'parts' ? <JointModel model={m} /> : m.kind === 'classifier' ? <AnyResult result={m} /> : <Components model={m} />}</div>
             </Page>
         )}</Shown>
@@ -73,27 +74,26 @@ function Classification({ result, job }: { result: api.Outputs<'classify'>; job:
     const percent = (v: number) => `${figure(100 * v)} %`;
     return (
         <>
-            <p class="big">{m.correct} of {m.perSubject.length} right <span class="quiet">{method}: {percent(m.accuracy)} (95 %: {m.confidenceInterval.map((v: number) => figure(100 * v)).join(' to ')} %){typeof m.pValue === 'number' ? `, ${m.pValueIsFloor ? 'p ≤ ' : 'p = '}${figure(m.pValue)} by ${result.exact ? 'all relabellings' : `${(result.permutations ?? 0).toLocaleString('en')} permutations`}` : ''}</span></p>
-            <p class="quiet">Always the most frequent label: {percent(result.majorityRate)}. {result.features?.length ? `Beside shape count: ${result.features.join(', ')}.` : 'Nothing counts but the shapes.'}
-                {typeof m.pValue === 'number' ? '' : ' No p was asked for: run it again with permutations to have one.'}</p>
+            <p class="big">{t`${m.correct} of ${m.perSubject.length} right`} <span class="quiet">{method}: {percent(m.accuracy)} (95 %: {m.confidenceInterval.map((v: number) => figure(100 * v)).join(' to ')} %){typeof m.pValue === 'number' ? t`, ${m.pValueIsFloor ? 'p ≤ ' : 'p = '}${figure(m.pValue)} by ${result.exact ? t`all relabellings` : t`${whole(result.permutations ?? 0)} permutations`}` : ''}</span></p>
+            <p class="quiet">{t`Always the most frequent label: ${percent(result.majorityRate)}. ${result.features?.length ? t`Beside shape count: ${result.features.join(', ')}.` : t`Nothing counts but the shapes.`}${typeof m.pValue === 'number' ? '' : t` No p was asked for: run it again with permutations to have one.`}`}</p>
             <div class="split">
                 <Intervals chance={Math.max(result.chance, result.majorityRate)} rows={names.map((name) => {
                     const r = result.methods[name];
                     return { name, value: r.accuracy, low: r.confidenceInterval[0], high: r.confidenceInterval[1], p: r.pValue };
                 })} />
                 <div>
-                    <label class="no-report">Method <select value={method} onChange={(e) => setMethod(e.currentTarget.value)}>{names.map((n) => <option>{n}</option>)}</select></label>
-                    <Confusion classes={result.classes} counts={m.confusion} title={`${method}: ${m.correct} of ${m.perSubject.length} right`} />
+                    <label class="no-report">{t`Method`} <select value={method} onChange={(e) => setMethod(e.currentTarget.value)}>{names.map((n) => <option>{n}</option>)}</select></label>
+                    <Confusion classes={result.classes} counts={m.confusion} title={t`${method}: ${m.correct} of ${m.perSubject.length} right`} />
                 </div>
             </div>
-            <h2>Missed: {missed.length}</h2>
+            <h2>{t`Missed: ${missed.length}`}</h2>
             <div class="split">
-                <div class="scroll" tabIndex={0} role="region" aria-label="Members that were missed"><table><thead><tr><th scope="col">Subject</th><th scope="col">Is</th><th scope="col">Taken for</th></tr></thead>
+                <div class="scroll" tabIndex={0} role="region" aria-label={t`Members that were missed`}><table><thead><tr><th scope="col">{t`Subject`}</th><th scope="col">{t`Is`}</th><th scope="col">{t`Taken for`}</th></tr></thead>
                     <tbody>{missed.map((s: any) => {
                         const id = idOf(s.subject, s.label);
                         return <tr><td>{id ? <button class="plain-button" onClick={() => setChosen(id)}>{s.subject}</button> : s.subject}</td><td>{s.label}</td><td>{s.predicted}</td></tr>;
                     })}</tbody></table></div>
-                {chosen && <Linked id={chosen} title="The member that was missed" />}
+                {chosen && <Linked id={chosen} title={t`The member that was missed`} />}
             </div>
             <Comparisons list={result.comparisons} />
         </>
@@ -118,13 +118,13 @@ function WholeDistances({ result, matrix, job }: { result: api.Outputs<'distance
         <>
             <div class="split">
                 <HeatMap labels={result.labels} matrix={matrix} chosen={chosen} onChoose={setChosen} />
-                <Scatter equal title={`Classical scaling: ${Math.round(100 * share)} % in two dimensions`} name="scaling" labels={['first', 'second']} chosen={chosen} onChoose={setChosen}
+                <Scatter equal title={t`Classical scaling: ${Math.round(100 * share)} % in two dimensions`} name="scaling" labels={[t`first`, t`second`]} chosen={chosen} onChoose={setChosen}
                     dots={points.map(([x, y], i) => ({ x, y, name: result.labels[i], group: result.groups?.[i] }))} />
             </div>
             {chosen !== undefined && (
                 <div class="split">
                     {ids[chosen] && <Linked id={ids[chosen]} title={result.labels[chosen]} />}
-                    <div><h2>Nearest to {result.labels[chosen]}</h2>
+                    <div><h2>{t`Nearest to ${result.labels[chosen]}`}</h2>
                         <ol>{near.map((e) => <li><button class="plain-button" onClick={() => setChosen(e.i)}>{result.labels[e.i]}</button> {figure(e.d)}</li>)}</ol></div>
                 </div>
             )}
@@ -139,14 +139,14 @@ function Trained({ result }: { result: api.Outputs<'train'> | api.Outputs<'train
     const parts: any[] | undefined = 'parts' in result ? result.parts : undefined;
     return (
         <>
-            <p class="big">{result.validation.correct} of {plural(result.validation.members, parts ? 'subject' : 'member')} right, each without its subject.</p>
-            <p class="quiet">{result.features?.length ? `Beside shape count: ${result.features.join(', ')}.` : 'Nothing counts but the shapes.'}</p>
-            {parts && <p class="quiet">By {plural(parts.length, 'structure')} together: {parts.map((part) => `${part.name} (weight ${figure(part.weight)})`).join(', ')}.</p>}
+            <p class="big">{t`${result.validation.correct} of ${plural(result.validation.members, parts ? 'subject' : 'member')} right, each without its subject.`}</p>
+            <p class="quiet">{result.features?.length ? t`Beside shape count: ${result.features.join(', ')}.` : t`Nothing counts but the shapes.`}</p>
+            {parts && <p class="quiet">{t`By ${plural(parts.length, 'structure')} together: ${parts.map((part) => t`${part.name} (weight ${figure(part.weight)})`).join(', ')}.`}</p>}
             <Findings result={result} />
-            <h2>Missed: {missed.length}</h2>
-            <DataTable rows={[['subject', 'is', 'taken for', ...result.classes.map((c: string) => `probability of ${c}`)],
+            <h2>{t`Missed: ${missed.length}`}</h2>
+            <DataTable rows={[[t`subject`, t`is`, t`taken for`, ...result.classes.map((c: string) => t`probability of ${c}`)],
                 ...missed.map((s: any) => [s.subject, s.label, s.predicted, ...result.classes.map((c: string) => s.probabilities[c])])]} />
-            <div class="actions no-report"><a class="button" href={`${link('analyses', 'predict')}?model=${result.model.id}`}>A new subject</a></div>
+            <div class="actions no-report"><a class="button" href={`${link('analyses', 'predict')}?model=${result.model.id}`}>{t`A new subject`}</a></div>
         </>
     );
 }
@@ -158,8 +158,8 @@ function Predicted({ result }: { result: api.Outputs<'predict'> }) {
     return (
         <>
             <div class="split">
-                <div class="scroll" tabIndex={0} role="region" aria-label="Predictions"><table>
-                    <thead><tr><th scope="col">Subject</th><th scope="col">Label</th>{result.classes.map((c: string) => <th scope="col">{c}</th>)}<th scope="col">Unlike all by</th></tr></thead>
+                <div class="scroll" tabIndex={0} role="region" aria-label={t`Predictions`}><table>
+                    <thead><tr><th scope="col">{t`Subject`}</th><th scope="col">{t`Label`}</th>{result.classes.map((c: string) => <th scope="col">{c}</th>)}<th scope="col">{t`Unlike all by`}</th></tr></thead>
                     <tbody>{result.predictions.map((p: any, i: number) => (
                         <tr><td><button class="plain-button" aria-pressed={i === chosen} onClick={() => setChosen(i)}>{p.subject}</button></td><td>{p.label}</td>
                             {result.classes.map((c: string) => <td>{figure(100 * p.probabilities[c])} %</td>)}<td>{doubtful(p.typicality) || '–'}</td></tr>
@@ -168,12 +168,12 @@ function Predicted({ result }: { result: api.Outputs<'predict'> }) {
                 <div>
                     {one.parts ? <div class="gallery">{one.parts.map((part: any, k: number) => <Linked key={part.surface} id={part.surface} title={`${one.subject}, ${part.name}: ${one.label}`} colour={GROUPS[k % GROUPS.length]} />)}</div>
                         : <Linked id={one.surface} title={`${one.subject}: ${one.label}`} />}
-                    {far ? <p class="wrong">It is unlike the members of every class ({far}): its label and its probabilities say nothing.</p>
-                        : <p>Probability of {one.label}: {figure(100 * one.probabilities[one.label])} %, against {figure(100 * result.priors[one.label])} % before it was seen.</p>}
+                    {far ? <p class="wrong">{t`It is unlike the members of every class (${far}): its label and its probabilities say nothing.`}</p>
+                        : <p>{t`Probability of ${one.label}: ${figure(100 * one.probabilities[one.label])} %, against ${figure(100 * result.priors[one.label])} % before it was seen.`}</p>}
                 </div>
             </div>
-            {one.parts && <DataTable rows={[['structure', 'distance from the mean', 'beyond the model'], ...one.parts.map((part: any) => [part.name, part.distance, part.residual]),
-                ...('position' in one && one.position ? [['where they are', one.position.distance, one.position.residual]] : [])]} />}
+            {one.parts && <DataTable rows={[[t`structure`, t`distance from the mean`, t`beyond the model`], ...one.parts.map((part: any) => [part.name, part.distance, part.residual]),
+                ...('position' in one && one.position ? [[t`where they are`, one.position.distance, one.position.residual]] : [])]} />}
             <Findings result={result} />
         </>
     );
@@ -187,12 +187,12 @@ function ScoredParts({ parts, position }: { parts: any[]; position: any }) {
     const part = parts[chosen];
     return (
         <>
-            <DataTable rows={[['structure', 'distance from the mean', 'beyond the model', 'share of the Mahalanobis distance', 'largest |z|', 'p of that'],
+            <DataTable rows={[[t`structure`, t`distance from the mean`, t`beyond the model`, t`share of the Mahalanobis distance`, t`largest |z|`, t`p of that`],
                 ...parts.map((p) => [p.name, p.distance, p.residual, p.mahalanobisShare, p.largestZ?.value, p.largestZ?.pValue]),
-                ...(position ? [['where they are', position.distance, position.residual, position.mahalanobisShare, null, null]] : [])]} />
-            <label class="no-report">Structure <select value={chosen} onChange={(e) => setChosen(+e.currentTarget.value)}>{parts.map((p, k) => <option value={k}>{p.name}</option>)}</select></label>
-            {part.zMap ? <Shape key={part.zMap.id} src={surfacePath(part.zMap.id, 32)} label={`${part.name} with its z map`} name={`z-map-${chosen}`} first="zScore" />
-                : <p class="quiet">No map was asked for.</p>}
+                ...(position ? [[t`where they are`, position.distance, position.residual, position.mahalanobisShare, null, null]] : [])]} />
+            <label class="no-report">{t`Structure`} <select value={chosen} onChange={(e) => setChosen(+e.currentTarget.value)}>{parts.map((p, k) => <option value={k}>{p.name}</option>)}</select></label>
+            {part.zMap ? <Shape key={part.zMap.id} src={surfacePath(part.zMap.id, 32)} label={t`${part.name} with its z map`} name={`z-map-${chosen}`} first="zScore" />
+                : <p class="quiet">{t`No map was asked for.`}</p>}
         </>
     );
 }
@@ -201,12 +201,11 @@ function Scored({ result }: { result: api.Outputs<'score'> }) {
     const { zMap, calibration } = result;
     return (
         <>
-            <p class="big">Percentile {figure(result.percentile)} <span class="quiet">({result.percentileInterval?.map((v: number) => figure(v)).join(' to ')}, beside {plural(result.subjects, 'subject')}; {plural(result.asOdd, 'of them is', 'of them are')} as odd)</span></p>
-            <p>p = {figure(result.pValue)}. Mahalanobis distance {figure(result.mahalanobis)} in {plural(result.components, 'component')}, {figure(result.residual)} from their space.
-                {result.at ? ` Expected for ${textOfPoint(result.at)}.` : ''}{result.trainingSubject ? ' It is a member of the model, and was left out.' : ''}</p>
+            <p class="big">{t`Percentile ${figure(result.percentile)}`} <span class="quiet">{t`(${result.percentileInterval?.map((v: number) => figure(v)).join(' to ')}, beside ${plural(result.subjects, 'subject')}; ${plural(result.asOdd, 'of them is', 'of them are')} as odd)`}</span></p>
+            <p>{t`p = ${figure(result.pValue)}. Mahalanobis distance ${figure(result.mahalanobis)} in ${plural(result.components, 'component')}, ${figure(result.residual)} from their space.${result.at ? t` Expected for ${textOfPoint(result.at)}.` : ''}${result.trainingSubject ? t` It is a member of the model, and was left out.` : ''}`}</p>
             {result.parts ? <ScoredParts parts={result.parts} position={result.position} />
-                : zMap ? <Shape src={surfacePath(zMap.id, 32)} label="The surface with its z map" name="z-map" first="zScore" /> : <p class="quiet">No map was asked for.</p>}
-            {calibration && <p class="quiet">Percentiles of {plural(calibration.subjects, 'subject')} that were left out differ from uniform ones by {figure(calibration.overall?.distance)} (p = {figure(calibration.overall?.pValue)}).</p>}
+                : zMap ? <Shape src={surfacePath(zMap.id, 32)} label={t`The surface with its z map`} name="z-map" first="zScore" /> : <p class="quiet">{t`No map was asked for.`}</p>}
+            {calibration && <p class="quiet">{t`Percentiles of ${plural(calibration.subjects, 'subject')} that were left out differ from uniform ones by ${figure(calibration.overall?.distance)} (p = ${figure(calibration.overall?.pValue)}).`}</p>}
             <Findings result={result} />
         </>
     );
@@ -219,7 +218,7 @@ function Written({ result, job }: { result: api.Outputs<'report'>; job: api.Job 
             <p class="big">{title}</p>
             <p>{plural(result.sections.length, 'section')}, {plural(result.shapes, 'shape')}, {size(result.bytes)}.</p>
             <ul>{result.sections.map((s: any) => <li><a href={link('jobs', s.job)}>{s.name || s.process}</a></li>)}</ul>
-            <button class="main" onClick={() => save(`${title.replace(/[^A-Za-z0-9._-]+/g, '-')}.html`, result.html, 'text/html;charset=utf-8')}>Save the report</button>
+            <button class="main" onClick={() => save(`${title.replace(/[^A-Za-z0-9._-]+/g, '-')}.html`, result.html, 'text/html;charset=utf-8')}>{t`Save the report`}</button>
         </>
     );
 }
@@ -227,9 +226,9 @@ function Written({ result, job }: { result: api.Outputs<'report'>; job: api.Job 
 function Quality({ result }: { result: api.Outputs<'evaluate-model'> }) {
     const curve = (name: 'generalisation' | 'specificity' | 'compactness', title: string) => {
         const points = (result[name] ?? []).filter((p: any) => p.value !== null).map((p: any) => ({ x: p.components, y: p.value, error: p.standardError }));
-        return points.length > 1 ? <Curve key={name} title={title} name={name} points={points} labels={['components', name]} /> : null;
+        return points.length > 1 ? <Curve key={name} title={title} name={name} points={points} labels={[t`components`, name]} /> : null;
     };
-    return <div class="split">{curve('generalisation', 'Generalisation: how far left-out shapes stay')}{curve('specificity', 'Specificity: how far random shapes are from real ones')}{curve('compactness', 'Compactness: variance so far')}</div>;
+    return <div class="split">{curve('generalisation', t`Generalisation: how far left-out shapes stay`)}{curve('specificity', t`Specificity: how far random shapes are from real ones`)}{curve('compactness', t`Compactness: variance so far`)}</div>;
 }
 
 /** A new subject among those of the model. */
@@ -238,7 +237,7 @@ function Projection({ result, job }: { result: api.Outputs<'project'>; job: api.
     const model = useLoad((signal) => api.get('/v1/models/{id}', { id }, signal), [id]);
     const surface = result.inputs?.surface?.id ?? result.inputs?.surface ?? job.inputs?.surface;
     return (
-        <Shown of={model} label="the model">{(m) => {
+        <Shown of={model} label={t`the model`}>{(m) => {
             const sd = (k: number) => Math.sqrt(m.eigenvalues[k]) || 1;
             const second = Math.min(1, m.components - 1);
             const dots = m.scores.map((s, i) => ({ x: s[0] / sd(0), y: s[second] / sd(second), name: m.labels[i], group: m.groups?.[i] }));
@@ -246,13 +245,13 @@ function Projection({ result, job }: { result: api.Outputs<'project'>; job: api.
             if (typeof x === 'number' && typeof y === 'number') dots.push({ x: x / sd(0), y: y / sd(second), name: 'the new subject', group: 'new' });
             return (
                 <div class="split">
-                    <Scatter title="The new subject among the others" name="projection" dots={dots} chosen={dots.length - 1} onChoose={() => {}} labels={['component 1 (sd)', `component ${second + 1} (sd)`]} />
+                    <Scatter title={t`The new subject among the others`} name="projection" dots={dots} chosen={dots.length - 1} onChoose={() => {}} labels={[t`component 1 (sd)`, t`component ${second + 1} (sd)`]} />
                     <div>
-                        {typeof surface === 'string' && <Linked id={surface} title="The new subject" />}
+                        {typeof surface === 'string' && <Linked id={surface} title={t`The new subject`} />}
                         <dl class="pairs">
-                            {!result.typicality && <><dt>Residual</dt><dd>{figure(result.residual)}</dd><dt>Distance from the mean</dt><dd>{figure(result.distance)}</dd>
-                                <dt>Mahalanobis</dt><dd>{figure(result.mahalanobis)}</dd></>}
-                            {Object.entries<any>(result.typicality ?? {}).map(([name, t]) => t && typeof t === 'object' && <><dt>{api.words(name)}</dt><dd>{figure(t.value)} (percentile {figure(t.percentile)}, doubtful above {figure(t.limit)})</dd></>)}
+                            {!result.typicality && <><dt>{t`Residual`}</dt><dd>{figure(result.residual)}</dd><dt>{t`Distance from the mean`}</dt><dd>{figure(result.distance)}</dd>
+                                <dt>{t`Mahalanobis`}</dt><dd>{figure(result.mahalanobis)}</dd></>}
+                            {Object.entries<any>(result.typicality ?? {}).map(([name, of]) => of && typeof of === 'object' && <><dt>{api.words(name)}</dt><dd>{t`${figure(of.value)} (percentile ${figure(of.percentile)}, doubtful above ${figure(of.limit)})`}</dd></>)}
                         </dl>
                     </div>
                 </div>
@@ -271,7 +270,7 @@ function ReportButton({ title, job, id }: { title: string; job?: api.Job; id?: s
                 setError(undefined);
                 await makeReport(title, document.querySelector<HTMLElement>('.results')!, job, id).catch(setError);
                 setBusy(false);
-            }}>{busy ? 'Writing the report…' : 'Report as one page'}</button>
+            }}>{busy ? t`Writing the report…` : t`Report as one page`}</button>
             {error ? <ProblemBox error={error} /> : null}
         </>
     );
@@ -308,7 +307,7 @@ const VIEWS: { [P in api.ProcessId]?: (result: api.Outputs<P>, job: api.Job) => 
     trajectories: (result) => <Trajectories result={result} />,
     'pca-parts': (result, job) => <Joint result={result} job={job} />,
     neighbours: (result, job) => <Neighbours result={result} job={job} />,
-    modes: (result) => <Path surfaces={result.surfaces} texts={result.coefficients.map((c) => `${figure(c)} sd`)} energies={result.relativeEnergy} />,
+    modes: (result) => <Path surfaces={result.surfaces} texts={result.coefficients.map((c) => t`${figure(c)} sd`)} energies={result.relativeEnergy} />,
     shoot: (result) => <Path surfaces={result.surfaces} texts={result.surfaces.map((s, i) => s.name || `${i + 1}`)} energies={result.relativeEnergies} />,
 };
 
@@ -316,15 +315,15 @@ export function Results({ job }: { job: api.Job }) {
     const process = job.process as api.ProcessId;
     const loaded = useLoad(() => api.results<typeof process>(job.id), [job.id]);
     return (
-        <Shown of={loaded} label="results">{(result) => {
+        <Shown of={loaded} label={t`results`}>{(result) => {
             const view = VIEWS[process] as ((result: object, job: api.Job) => ComponentChildren) | undefined;
             return (
                 <>
                     <div class="results"><Warnings list={result.warnings} />{view ? view(result, job) : <AnyResult result={result} />}</div>
                     <div class="actions">
                         {process !== 'report' && <ReportButton title={job.name || job.process} job={job} />}
-                        <button onClick={() => save(`${process}.json`, JSON.stringify(result, null, 2), 'application/json')}>Results as JSON</button>
-                        {process === 'distances' && <button onClick={async () => save('distances.csv', await (await api.request(`/v1/jobs/${job.id}/results?format=csv`)).blob())}>Matrix as CSV</button>}
+                        <button onClick={() => save(`${process}.json`, JSON.stringify(result, null, 2), 'application/json')}>{t`Results as JSON`}</button>
+                        {process === 'distances' && <button onClick={async () => save('distances.csv', await (await api.request(`/v1/jobs/${job.id}/results?format=csv`)).blob())}>{t`Matrix as CSV`}</button>}
                     </div>
                 </>
             );

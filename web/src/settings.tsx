@@ -1,6 +1,8 @@
 // The token, who one is with it, and what the service is.
 import { useState } from 'preact/hooks';
 import * as api from './api';
+import { t } from './i18n';
+import { LANGUAGES, choose, language } from './language';
 import { go } from './router';
 import { caller, connection, forgetJobs, refreshJobs, useValue, whoCalls } from './state';
 import { Page, Shown, plural, useLoad } from './ui';
@@ -25,17 +27,20 @@ function TokenForm() {
     };
     return (
         <form class="card" onSubmit={enter}>
-            <h2>Token</h2>
-            <p class="quiet">Whoever runs the service makes one with <code>srnfd token add</code>.</p>
-            <label>Token <input type="password" autocomplete="off" value={text} required
+            <h2>{t`Token`}</h2>
+            <p class="quiet">{t`Whoever runs the service makes one with`} <code>srnfd token add</code>.</p>
+            <label>{t`Token`} <input type="password" autocomplete="off" value={text} required
                 onInput={(e) => setText(e.currentTarget.value)} aria-describedby="token-wrong" /></label>
             <label class="check"><input type="checkbox" checked={keep} onChange={(e) => setKeep(e.currentTarget.checked)} />
-                Keep it until this tab is closed</label>
+                {t`Keep it until this tab is closed`}</label>
             <p id="token-wrong" class="wrong" role="alert">{wrong}</p>
-            <button class="main">Use this token</button>
+            <button class="main">{t`Use this token`}</button>
         </form>
     );
 }
+
+/** Those to choose from: one that only tries the layout is shown to whoever has it. */
+const languages = Object.entries(LANGUAGES).filter(([code]) => !code.includes('-x-') || code === language);
 
 export function Settings() {
     const who = useValue(caller);
@@ -48,28 +53,36 @@ export function Settings() {
         connection.set('token');
     };
     return (
-        <Page title="Settings">
+        <Page title={t`Settings`}>
             {who && state !== 'token' ? (
                 <section class="card">
-                    <h2>You</h2>
+                    <h2>{t`You`}</h2>
                     {who.tokens
-                        ? <p>{who.name}, with the role {who.role}{who.role === 'viewer' ? ': you may look at everything of yours, and change nothing' : ''}.</p>
-                        : <p>This service asks for no token: whoever reaches it may do everything.</p>}
-                    {who.role === 'admin' && <p><a href="#/admin">Administration: users, queue, storage</a></p>}
-                    {api.hasToken() && <button onClick={forget}>Forget the token</button>}
+                        ? <p>{t`${who.name}, with the role ${who.role}${who.role === 'viewer' ? t`: you may look at everything of yours, and change nothing` : ''}.`}</p>
+                        : <p>{t`This service asks for no token: whoever reaches it may do everything.`}</p>}
+                    {who.role === 'admin' && <p><a href="#/admin">{t`Administration: users, queue, storage`}</a></p>}
+                    {api.hasToken() && <button onClick={forget}>{t`Forget the token`}</button>}
                 </section>
             ) : null}
             {(state === 'token' || (who?.tokens ?? true)) && <TokenForm />}
+            {languages.length > 1 && (
+                <section class="card">
+                    <h2>{t`Language`}</h2>
+                    <select aria-label={t`Language`} value={language} onChange={(e) => { choose(e.currentTarget.value); location.reload(); }}>
+                        {languages.map(([code, { name }]) => <option value={code} lang={code}>{name}</option>)}
+                    </select>
+                </section>
+            )}
             <section class="card">
-                <h2>Service</h2>
+                <h2>{t`Service`}</h2>
                 <Shown of={version}>{(v) => (
                     <>
-                        <p>srnfd {v.version}, {plural(v.workers, 'worker')}. <a href="../v1/openapi.yaml">Description of the API</a></p>
-                        <details><summary>Versions of what it is made of</summary>
+                        <p>{t`srnfd ${v.version}, ${plural(v.workers, 'worker')}.`} <a href="../v1/openapi.yaml">{t`Description of the API`}</a></p>
+                        <details><summary>{t`Versions of what it is made of`}</summary>
                             <dl class="pairs">{Object.entries(v.versions ?? {}).map(([name, text]) => <><dt>{name}</dt><dd>{`${text}`}</dd></>)}</dl>
-                            <p class="quiet">Numbers are made by: {v.numericBuild}</p>
+                            <p class="quiet">{t`Numbers are made by: ${v.numericBuild}`}</p>
                         </details>
-                        <p class="quiet"><a href="licences.txt">Licences of what this page is made of</a></p>
+                        <p class="quiet"><a href="licences.txt">{t`Licences of what this page is made of`}</a></p>
                     </>
                 )}</Shown>
             </section>

@@ -8,6 +8,7 @@ import { readGlb } from './glb';
 import type { Surface3 } from './glb';
 import { bothApart } from './apart';
 import type { Apart } from './apart';
+import { t } from './i18n';
 import { ColourBar, colourOf, isFlipped, mapOf, nameOfMap, paintedBy, titleOf, unitOf } from './maps';
 import type { Map3 } from './maps';
 import { aNumber, keep, keptText, maybe, useKept } from './kept';
@@ -134,7 +135,7 @@ export function View({ parts, camera, label, look, version = 0, onLink, onHover,
         });
     };
     return (
-        <canvas ref={canvas} class={className} tabIndex={0} role="img" aria-label={`${label}. Arrows turn it, + and - change its size, 0 to 6 are views.`}
+        <canvas ref={canvas} class={className} tabIndex={0} role="img" aria-label={t`${label}. Arrows turn it, + and - change its size, 0 to 6 are views.`}
             onPointerDown={(e) => { hold.current = pressed.current = [e.clientX, e.clientY]; e.currentTarget.setPointerCapture(e.pointerId); }}
             onPointerMove={(e) => {
                 if (!hold.current) return hover(e);
@@ -194,12 +195,12 @@ export function PictureButtons({ parts, camera, look = {}, name, map }: { parts:
     const [side, setSide] = useState(2000);
     const [clear, setClear] = useState(false);
     return (
-        <details class="menu"><summary>Picture</summary>
+        <details class="menu"><summary>{t`Picture`}</summary>
             <div class="card">
-                <label>Pixels <input type="number" min={100} max={8000} step={100} value={side} onChange={(e) => setSide(+e.currentTarget.value || 2000)} /></label>
-                <label class="check"><input type="checkbox" checked={clear} onChange={(e) => setClear(e.currentTarget.checked)} /> transparent</label>
-                {map && <label class="check"><input type="checkbox" checked={bar} onChange={(e) => setBar(e.currentTarget.checked)} /> with its colours</label>}
-                <button onClick={async () => save(`${name}.png`, await picture(parts, camera, look, Math.min(8000, side), clear ? null : '#ffffff', bar ? map : undefined))}>PNG</button>
+                <label>{t`Pixels`} <input type="number" min={100} max={8000} step={100} value={side} onChange={(e) => setSide(+e.currentTarget.value || 2000)} /></label>
+                <label class="check"><input type="checkbox" checked={clear} onChange={(e) => setClear(e.currentTarget.checked)} /> {t`transparent`}</label>
+                {map && <label class="check"><input type="checkbox" checked={bar} onChange={(e) => setBar(e.currentTarget.checked)} /> {t`with its colours`}</label>}
+                <button onClick={async () => save(`${name}.png`, await picture(parts, camera, look, Math.min(8000, side), clear ? null : '#ffffff', bar ? map : undefined))}>{t`PNG`}</button>
             </div>
         </details>
     );
@@ -218,7 +219,7 @@ export function Downloads({ files, name }: { files: [format: string, path: strin
     };
     return (
         <>
-            <details class="menu"><summary>Download</summary><div class="card">
+            <details class="menu"><summary>{t`Download`}</summary><div class="card">
                 {files.map(([format, path]) => <button onClick={() => void take(format, path)}>{format.toUpperCase()}</button>)}
             </div></details>
             {failed ? <ProblemBox error={failed} /> : null}
@@ -263,7 +264,7 @@ function inRange(map: Map3, range: Range): Map3 {
     return { ...map, low, high: high > low ? high : low + 1e-12, keep };
 }
 
-const VIEWS: [number, string][] = [[0, 'first view'], [1, 'front'], [2, 'back'], [3, 'left'], [4, 'right'], [5, 'above'], [6, 'below']];
+const VIEWS: [number, string][] = [[0, t`first view`], [1, 'front'], [2, 'back'], [3, 'left'], [4, 'right'], [5, 'above'], [6, 'below']];
 
 /** How far the other of two surfaces is, at each vertex; computed here. */
 function useApart(shape: Surface3 | undefined, other: Surface3 | undefined, unit: string): Apart | undefined {
@@ -303,7 +304,7 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
         first.current = src;
     }, [src]);
     if (error) return <ProblemBox error={error} />;
-    if (!shape) return <p class="quiet" aria-busy="true">Loading the shape…</p>;
+    if (!shape) return <p class="quiet" aria-busy="true">{t`Loading the shape…`}</p>;
     const landmarks = given.filter((l) => 3 * l.vertex + 2 < shape.positions.length);
     const fields = distance ? [...shape.fields, distance.field] : shape.fields;
     const chosen = fields.find((f) => f.name === field);
@@ -326,56 +327,56 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
     };
     return (
         <figure class="shape" ref={own}>
-            <View parts={parts} camera={camera} label={map ? `${label}, coloured by ${nameOfMap(map.field.name)}` : label} look={look}
+            <View parts={parts} camera={camera} label={map ? t`${label}, coloured by ${nameOfMap(map.field.name)}` : label} look={look}
                 onHover={map ? setHere : undefined} onPick={placing ? add : undefined} kept="turn" />
             <figcaption class="row">
                 {fields.length > 0 && (
-                    <label>Map <select value={field} onChange={(e) => { setField(e.currentTarget.value); setRange(USUAL); }}>
-                        <option value="">none</option>{fields.map((f) => <option value={f.name}>{nameOfMap(f.name)}</option>)}
+                    <label>{t`Map`} <select value={field} onChange={(e) => { setField(e.currentTarget.value); setRange(USUAL); }}>
+                        <option value="">{t`none`}</option>{fields.map((f) => <option value={f.name}>{nameOfMap(f.name)}</option>)}
                     </select></label>
                 )}
-                <label class="check"><input type="checkbox" checked={cut !== null} onChange={(e) => setCut(e.currentTarget.checked ? 0 : undefined)} /> Cut</label>
-                {cut !== null && <input type="range" min={-1} max={1} step={0.01} value={cut} aria-label="Where it is cut" onInput={(e) => setCut(+e.currentTarget.value)} />}
-                <label class="check"><input type="checkbox" checked={placing} onChange={(e) => setPlacing(e.currentTarget.checked)} /> Landmarks</label>
-                <label class="no-report"><span class="sr">View</span> <select value="" onChange={(e) => { camera.side(+e.currentTarget.value); e.currentTarget.value = ''; }}>
-                    <option value="">View…</option>{VIEWS.map(([n, text]) => <option value={n}>{`${text} (key ${n})`}</option>)}
+                <label class="check"><input type="checkbox" checked={cut !== null} onChange={(e) => setCut(e.currentTarget.checked ? 0 : undefined)} /> {t`Cut`}</label>
+                {cut !== null && <input type="range" min={-1} max={1} step={0.01} value={cut} aria-label={t`Where it is cut`} onInput={(e) => setCut(+e.currentTarget.value)} />}
+                <label class="check"><input type="checkbox" checked={placing} onChange={(e) => setPlacing(e.currentTarget.checked)} /> {t`Landmarks`}</label>
+                <label class="no-report"><span class="sr">{t`View`}</span> <select value="" onChange={(e) => { camera.side(+e.currentTarget.value); e.currentTarget.value = ''; }}>
+                    <option value="">{t`View…`}</option>{VIEWS.map(([n, text]) => <option value={n}>{t`${text} (key ${n})`}</option>)}
                 </select></label>
                 <PictureButtons parts={parts} camera={camera} look={look} name={name} map={map} />
                 {downloads && <Downloads files={downloads} name={name} />}
             </figcaption>
             {map && <ColourBar map={map} threshold={numberOf(range.least)} />}
             {map && (
-                <details class="no-report"><summary>Range and threshold</summary>
+                <details class="no-report"><summary>{t`Range and threshold`}</summary>
                     <div class="row">
-                        {([['low', 'From', mapOf(map.field).low], ['high', 'to', mapOf(map.field).high], ['least', isFlipped(map) ? 'grey above' : 'grey below', undefined]] as [keyof Range, string, number?][]).map(([key, text, usual]) => (
-                            <label>{text} <input type="number" step="any" value={range[key]} placeholder={usual === undefined ? 'none' : figure(usual)} onInput={(e) => setRange({ ...range, [key]: e.currentTarget.value })} /></label>
+                        {([['low', t`From`, mapOf(map.field).low], ['high', t`to`, mapOf(map.field).high], ['least', isFlipped(map) ? t`grey above` : t`grey below`, undefined]] as [keyof Range, string, number?][]).map(([key, text, usual]) => (
+                            <label>{text} <input type="number" step="any" value={range[key]} placeholder={usual === undefined ? t`none` : figure(usual)} onInput={(e) => setRange({ ...range, [key]: e.currentTarget.value })} /></label>
                         ))}
-                        {range !== USUAL && <button onClick={() => setRange(USUAL)}>As usual</button>}
+                        {range !== USUAL && <button onClick={() => setRange(USUAL)}>{t`As usual`}</button>}
                     </div>
-                    {!isFlipped(map) && map.scale === 'signed' && <p class="quiet">Grey: what is nearer to 0, of either sign.</p>}
+                    {!isFlipped(map) && map.scale === 'signed' && <p class="quiet">{t`Grey: what is nearer to 0, of either sign.`}</p>}
                 </details>
             )}
-            {map && <p class="quiet">{here === undefined ? 'Point at the shape to read the map.' : `Here ${figure(map.field.values[here])}${unitOf(map.field) ? ` (${unitOf(map.field)})` : ''}, vertex ${here}.`}</p>}
+            {map && <p class="quiet">{here === undefined ? t`Point at the shape to read the map.` : t`Here ${figure(map.field.values[here])}${unitOf(map.field) ? ` (${unitOf(map.field)})` : ''}, vertex ${here}.`}</p>}
             {placing && (
                 <div>
                     <div class="actions">
-                        <button onClick={centre}>Landmark at the middle of the view</button>
-                        {landmarks.length > 0 && <button onClick={() => save(`${name}-landmarks.csv`, csv([['name', 'vertex', 'x', 'y', 'z'], ...landmarks.map((l) => [l.name, l.vertex, ...at(l.vertex)])]), 'text/csv;charset=utf-8')}>Landmarks as CSV</button>}
-                        {mesh && landmarks.length > 0 && <a class="button" href={`${link('analyses', 'register')}?template=${mesh}&landmarks=${encodeURIComponent(JSON.stringify({ template: landmarks.map((l) => l.vertex), moving: [] }))}`}>Register a shape by these</a>}
+                        <button onClick={centre}>{t`Landmark at the middle of the view`}</button>
+                        {landmarks.length > 0 && <button onClick={() => save(`${name}-landmarks.csv`, csv([['name', 'vertex', 'x', 'y', 'z'], ...landmarks.map((l) => [l.name, l.vertex, ...at(l.vertex)])]), 'text/csv;charset=utf-8')}>{t`Landmarks as CSV`}</button>}
+                        {mesh && landmarks.length > 0 && <a class="button" href={`${link('analyses', 'register')}?template=${mesh}&landmarks=${encodeURIComponent(JSON.stringify({ template: landmarks.map((l) => l.vertex), moving: [] }))}`}>{t`Register a shape by these`}</a>}
                     </div>
-                    <p class="quiet">Click the shape to place one. Coordinates are {unit ? 'those of the file, whose unit is taken to be the millimetre' : 'those of the shape as it is shown, which is brought to a common size'}. Two measure the straight line between them.</p>
-                    <ol aria-label="Landmarks">{landmarks.map((l, i) => (
+                    <p class="quiet">{t`Click the shape to place one. Coordinates are ${unit ? t`those of the file, whose unit is taken to be the millimetre` : t`those of the shape as it is shown, which is brought to a common size`}. Two measure the straight line between them.`}</p>
+                    <ol aria-label={t`Landmarks`}>{landmarks.map((l, i) => (
                         <li class="row">
-                            <input aria-label={`Name of landmark ${i + 1}`} value={l.name} onInput={(e) => { const text = e.currentTarget.value; setLandmarks((list) => list.map((m, k) => (k === i ? { ...m, name: text } : m))); }} />
-                            <span class="quiet grow">{at(l.vertex).map((v) => figure(v)).join(', ')}{i > 0 ? <strong class="length"> {figure(lengthTo(i))}{unit ? ` ${unit}` : ''} from {landmarks[i - 1].name}</strong> : null}</span>
-                            <button aria-label={`Remove landmark ${i + 1}`} onClick={() => setLandmarks((list) => list.filter((_, k) => k !== i))}>Remove</button>
+                            <input aria-label={t`Name of landmark ${i + 1}`} value={l.name} onInput={(e) => { const text = e.currentTarget.value; setLandmarks((list) => list.map((m, k) => (k === i ? { ...m, name: text } : m))); }} />
+                            <span class="quiet grow">{at(l.vertex).map((v) => figure(v)).join(', ')}{i > 0 ? <strong class="length"> {t`${figure(lengthTo(i))}${unit ? ` ${unit}` : ''} from ${landmarks[i - 1].name}`}</strong> : null}</span>
+                            <button aria-label={t`Remove landmark ${i + 1}`} onClick={() => setLandmarks((list) => list.filter((_, k) => k !== i))}>{t`Remove`}</button>
                         </li>
                     ))}</ol>
                 </div>
             )}
-            {distance && <p role="status">The two surfaces are {figure(distance.rms)} apart (root mean square, from both sides); 95 % within {figure(distance.p95)}, all within {figure(distance.max)}{unitOf(distance.field) ? ` (${unitOf(distance.field)})` : ''}.</p>}
+            {distance && <p role="status">{t`The two surfaces are ${figure(distance.rms)} apart (root mean square, from both sides); 95 % within ${figure(distance.p95)}, all within ${figure(distance.max)}${unitOf(distance.field) ? ` (${unitOf(distance.field)})` : ''}.`}</p>}
             {map?.field.meaning && <p class="quiet">{map.field.meaning}</p>}
-            {mark && <p class="quiet">The dot marks the first place of the problem.</p>}
+            {mark && <p class="quiet">{t`The dot marks the first place of the problem.`}</p>}
         </figure>
     );
 }
@@ -410,7 +411,7 @@ function Thumbnail({ id, name, colour, mark }: { id: string; name: string; colou
     return (
         <a class="thumb" href={id.startsWith('mesh-') ? link('meshes', id) : link('shapes', id)}>
             <canvas ref={canvas} width={160} height={160} aria-hidden="true" />
-            <span>{mark && <svg viewBox="-7 -7 14 14" width="12" height="12" aria-hidden="true"><path d={mark} fill={colour} /></svg>} {name}{lost ? ' (cannot be shown)' : ''}</span>
+            <span>{mark && <svg viewBox="-7 -7 14 14" width="12" height="12" aria-hidden="true"><path d={mark} fill={colour} /></svg>} {name}{lost ? t` (cannot be shown)` : ''}</span>
         </a>
     );
 }
@@ -421,7 +422,7 @@ export function Gallery({ members }: { members: { id: string; name: string; grou
     const shown = all ? members : members.slice(0, 24);
     return (
         <section>
-            <h2>Shapes</h2>
+            <h2>{t`Shapes`}</h2>
             {groups.length > 0 && (
                 <p class="row legend">{groups.map((g) => {
                     const { colour, path } = groupLook(groups, g);
@@ -432,7 +433,7 @@ export function Gallery({ members }: { members: { id: string; name: string; grou
                 const { colour, path } = groupLook(groups, m.group);
                 return <Thumbnail key={`${m.id}-${i}`} id={m.id} name={m.name} colour={colour} mark={m.group ? path : undefined} />;
             })}</div>
-            {members.length > shown.length && <button onClick={() => setAll(true)}>Show all {members.length}</button>}
+            {members.length > shown.length && <button onClick={() => setAll(true)}>{t`Show all ${members.length}`}</button>}
         </section>
     );
 }

@@ -1,5 +1,6 @@
 // One WebGL context for all views: each is drawn into it and copied to a canvas of its own.
 import type { Surface3 } from './glb';
+import { t } from './i18n';
 import type * as Three from './three';
 
 // In a chunk of its own, which changes with its version only.
@@ -140,7 +141,7 @@ function materialOf(part: Part, cut: boolean): Three.MeshLambertMaterial {
 
 /** In the place of the shape, and for those who hear the page. */
 function sayLacking(to: HTMLCanvasElement): void {
-    const text = 'No shapes: WebGL is off in this browser';
+    const text = t`No shapes: WebGL is off in this browser`;
     const pen = to.getContext('2d')!;
     pen.clearRect(0, 0, to.width, to.height);
     pen.fillStyle = getComputedStyle(to).color;

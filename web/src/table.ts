@@ -1,4 +1,5 @@
 // Tables as people have them: CSV with commas or semicolons, or what a spreadsheet copies (tabs).
+import { t } from './i18n';
 
 export interface Table { columns: string[]; rows: string[][] }
 
@@ -28,7 +29,7 @@ function cells(text: string, separator: string): string[][] {
             }
         } else cell += c;
     }
-    if (quoted) throw new Error(`The quote that begins in line ${text.slice(0, opened).split('\n').length} is not closed.`);
+    if (quoted) throw new Error(t`The quote that begins in line ${text.slice(0, opened).split('\n').length} is not closed.`);
     if (cell || row.length) rows.push([...row, cell.trim()]);
     return rows.filter((r) => r.some((c) => c !== ''));
 }

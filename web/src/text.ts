@@ -1,22 +1,22 @@
 // Figures as pages and reports write them, and files that are taken away.
-export const plural = (n: number, one: string, many = `${one}s`): string => `${n.toLocaleString('en')} ${n === 1 ? one : many}`;
+import { decimal, t } from './i18n';
+
+export { plural, when, whole } from './i18n';
 
 export function figure(x: number | null | undefined, digits = 3): string {
     if (x === null || x === undefined || !Number.isFinite(x)) return '–';
-    if (x !== 0 && (Math.abs(x) < 1e-3 || Math.abs(x) >= 1e6)) return x.toExponential(digits - 1);
-    return `${+x.toPrecision(digits)}`;
+    if (x !== 0 && (Math.abs(x) < 1e-3 || Math.abs(x) >= 1e6)) return decimal(x.toExponential(digits - 1));
+    return decimal(`${+x.toPrecision(digits)}`);
 }
 
 export function size(n: number): string {
-    return n < 1000 ? `${n} B` : n < 1e6 ? `${Math.round(n / 1000)} kB` : n < 1e9 ? `${(n / 1e6).toFixed(1)} MB` : `${(n / 1e9).toFixed(1)} GB`;
+    return n < 1000 ? `${n} B` : n < 1e6 ? t`${Math.round(n / 1000)} kB` : n < 1e9 ? t`${decimal((n / 1e6).toFixed(1))} MB` : t`${decimal((n / 1e9).toFixed(1))} GB`;
 }
 
 export function span(seconds: number): string {
     const s = Math.max(0, Math.round(seconds));
-    return s < 60 ? `${s} s` : s < 3600 ? `${Math.floor(s / 60)} min ${s % 60} s` : `${Math.floor(s / 3600)} h ${Math.floor((s % 3600) / 60)} min`;
+    return s < 60 ? `${s} s` : s < 3600 ? t`${Math.floor(s / 60)} min ${s % 60} s` : t`${Math.floor(s / 3600)} h ${Math.floor((s % 3600) / 60)} min`;
 }
-
-export const when = (text?: string): string => (text ? new Date(text).toLocaleString(undefined, { dateStyle: 'medium', timeStyle: 'short' }) : '–');
 
 /** Files of shapes that the service writes. */
 export const FORMATS = ['ply', 'obj', 'stl', 'vtk', 'vtp', 'gii', 'glb'];

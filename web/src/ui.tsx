@@ -4,20 +4,21 @@ import type { ComponentChildren, ComponentType } from 'preact';
 import { useCallback, useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { Failure, offline } from './api';
 import type { Problem } from './api';
+import { t } from './i18n';
 
 export { FORMATS, csv, figure, plural, save, size, span, when } from './text';
 
 export function problemOf(error: unknown): Problem {
     if (error instanceof Failure) return error.problem;
-    return { ...offline().problem, code: 'page', title: 'The page failed', detail: `${error}` };
+    return { ...offline().problem, code: 'page', title: t`The page failed`, detail: `${error}` };
 }
 
 const WAYS: Record<string, string> = {
-    'token-required': 'Enter a token under Settings.',
-    'token-invalid': 'Enter another token under Settings.',
-    'no-answer': 'The page goes on by itself when it answers again.',
-    table: 'A table has a column file with the names of the meshes, which were sent before it or with it. A spreadsheet saves one as CSV.',
-    'in-use': 'Delete what needs it first, or delete it together with that.',
+    'token-required': t`Enter a token under Settings.`,
+    'token-invalid': t`Enter another token under Settings.`,
+    'no-answer': t`The page goes on by itself when it answers again.`,
+    table: t`A table has a column file with the names of the meshes, which were sent before it or with it. A spreadsheet saves one as CSV.`,
+    'in-use': t`Delete what needs it first, or delete it together with that.`,
 };
 
 export function ProblemBox({ error, again }: { error: unknown; again?: () => void }) {
@@ -32,7 +33,7 @@ export function ProblemBox({ error, again }: { error: unknown; again?: () => voi
             {WAYS[problem.code] && <p>{WAYS[problem.code]}</p>}
             <p class="quiet">
                 {problem.code}{problem.requestId ? `, ${problem.requestId}` : ''}{' '}
-                {again && <button onClick={again}>Try again</button>}
+                {again && <button onClick={again}>{t`Try again`}</button>}
             </p>
         </div>
     );
@@ -62,7 +63,7 @@ export function Shown<T>({ of, children, label, page }: {
 }) {
     if (of.value === undefined && of.error) {
         const box = <ProblemBox error={of.error} again={of.reload} />;
-        return page ? <Page title={problemOf(of.error).title || 'A problem'}>{box}</Page> : box;
+        return page ? <Page title={problemOf(of.error).title || t`A problem`}>{box}</Page> : box;
     }
     if (of.value === undefined) {
         const text = `Loading${label ? ` ${label}` : ''}…`;
@@ -84,7 +85,7 @@ export function later<P extends object>(load: () => Promise<ComponentType<P>>): 
         }, []);
         const Part = part as any;
         if (error) return <ProblemBox error={error} again={() => location.reload()} />;
-        return Part ? <Part {...props} /> : <p class="quiet" aria-busy="true">Loading…</p>;
+        return Part ? <Part {...props} /> : <p class="quiet" aria-busy="true">{t`Loading…`}</p>;
     };
 }
 
@@ -158,7 +159,7 @@ export function LongTable<T>({ items: given, columns, label, row, keyOf }: {
                         const sort = order?.title === c.title ? (order.down ? 'descending' : 'ascending') : undefined;
                         return (
                             <th scope="col" style={c.width ? { width: c.width } : undefined} aria-sort={sort}>{c.hidden ? <span class="sr">{c.title}</span>
-                                : c.by ? <button class="plain-button sort" title={`Sort by ${c.title.toLowerCase()}`} onClick={() => press(c.title)}>{c.title}<span aria-hidden="true">{sort ? (order!.down ? ' ▾' : ' ▴') : ''}</span></button> : c.title}</th>
+                                : c.by ? <button class="plain-button sort" title={t`Sort by ${c.title.toLowerCase()}`} onClick={() => press(c.title)}>{c.title}<span aria-hidden="true">{sort ? (order!.down ? ' ▾' : ' ▴') : ''}</span></button> : c.title}</th>
                         );
                     })}</tr>
                 </thead>
@@ -190,7 +191,7 @@ export function Sure({ children, title, onYes, question }: {
                 <p>{question}</p>
                 <div class="actions">
                     <button class="risky" onClick={() => { dialog.current!.close(); onYes(); }}>{children}</button>
-                    <button autofocus onClick={() => dialog.current!.close()}>Keep</button>
+                    <button autofocus onClick={() => dialog.current!.close()}>{t`Keep`}</button>
                 </div>
             </dialog>
         </>

@@ -1,6 +1,7 @@
 // Files into the service: meshes four at a time, archives as they are, a table matched on the names of the files. What
 // has been sent, and what was refused and why, is a list that pages show.
 import * as api from './api';
+import { t } from './i18n';
 import { parseTable } from './table';
 import type { Table } from './table';
 import { Value, say } from './state';
@@ -8,6 +9,8 @@ import { Value, say } from './state';
 export interface Sent {
     name: string; size: number; part: number; state: 'waits' | 'goes' | 'done' | 'refused';
     id?: string; note?: string;
+    /** It is here, and cannot be analysed. */
+    doubtful?: boolean;
 }
 export interface Batch {
     files: Sent[]; running: boolean; cohort?: string; volumes: string[]; unmatched: { rows: string[]; files: string[] };
@@ -21,9 +24,9 @@ const ARCHIVE = /\.(zip|tar|tgz|tar\.gz)$/i;
 const VOLUME = /\.(nii|nii\.gz|nrrd)$/i;
 /** What people have beside meshes, and what is to be done with it. */
 const OTHERS: [RegExp, string][] = [
-    [/\.(xlsx?|ods|numbers)$/i, 'a spreadsheet: save its table as CSV, and drop that'],
-    [/\.(dcm|ima)$/i, 'an image in DICOM: segment it, and drop the segmentation as NIfTI or NRRD'],
-    [/\.(pdf|docx?|html?)$/i, 'a document, not a mesh'],
+    [/\.(xlsx?|ods|numbers)$/i, t`a spreadsheet: save its table as CSV, and drop that`],
+    [/\.(dcm|ima)$/i, t`an image in DICOM: segment it, and drop the segmentation as NIfTI or NRRD`],
+    [/\.(pdf|docx?|html?)$/i, t`a document, not a mesh`],
 ];
 const AT_ONCE = 4;
 
@@ -135,7 +138,7 @@ export async function sendFiles(files: File[]): Promise<void> {
                 const told = (part: number) => {
                     if (part - state.files[i].part > 0.05 || part === 1) mark(i, { part });
                 };
-                await sendOne(file, told, stop.signal, meshes, (part) => change(part), (note, id) => mark(i, { note, id }), state);
+                await sendOne(file, told, stop.signal, meshes, (part) => change(part), (note, id, doubtful) => mark(i, { note, id, doubtful }), state);
                 mark(i, { state: 'done', part: 1 });
             } catch (error) {
                 // What callers of the API can do about it is nothing that can be done here.
@@ -152,32 +155,32 @@ export async function sendFiles(files: File[]): Promise<void> {
         change({ error });
     }
     change({ running: false });
-    say(`${state.files.filter((f) => f.state === 'done').length} of ${files.length} files are there`);
+    say(t`${state.files.filter((f) => f.state === 'done').length} of ${files.length} files are there`);
 }
 
 async function sendOne(file: File, told: (part: number) => void, signal: AbortSignal,
     meshes: { name: string; id: string }[], change: (part: Partial<Batch>) => void,
-    mark: (note: string, id?: string) => void, state: Batch): Promise<void> {
+    mark: (note: string, id?: string, doubtful?: boolean) => void, state: Batch): Promise<void> {
     const other = OTHERS.find(([name]) => name.test(file.name));
     if (other) throw new Error(other[1]);
     if (ARCHIVE.test(file.name)) {
         const answer = await api.upload<api.Imported>(`/v1/imports?partial=true&cohort=${encodeURIComponent(cohortName(file.name))}`,
             file, 'application/octet-stream', told, signal);
         const refused = answer.refused.length;
-        mark(`${answer.meshes.length} meshes${refused ? `, ${refused} refused: ${answer.refused[0].file}: ${answer.refused[0].detail}` : ''}`);
+        mark(t`${answer.meshes.length} meshes${refused ? t`, ${refused} refused: ${answer.refused[0].file}: ${answer.refused[0].detail}` : ''}`);
         if (answer.cohort?.name) change({ cohort: answer.cohort.name });
         return;
     }
     const name = encodeURIComponent(file.name.replace(/\.gz$/i, '').replace(/\.[^.]*$/, '').slice(0, 255));
     if (VOLUME.test(file.name)) {
         const volume = await api.upload<api.Volume>(`/v1/volumes?name=${name}`, file, 'application/octet-stream', told, signal);
-        mark(`${volume.labels?.length ?? 0} labels`, volume.id);
+        mark(t`${volume.labels?.length ?? 0} labels`, volume.id);
         change({ volumes: [...state.volumes, volume.id] });
         return;
     }
     const mesh = await api.upload<api.Mesh>(`/v1/meshes?name=${name}`, file, 'application/octet-stream', told, signal);
     meshes.push({ name: file.name, id: mesh.id });
-    mark(mesh.report.analysable ? '' : `cannot be analysed: ${mesh.report.problems[0]?.detail ?? ''}`, mesh.id);
+    mark(mesh.report.analysable ? '' : t`cannot be analysed: ${mesh.report.problems[0]?.detail ?? ''}`, mesh.id, !mesh.report.analysable);
 }
 
 /** What is wrong with a table, for people. */
@@ -191,7 +194,7 @@ export function tableOf(text: string): Table {
     } catch (error) {
         throw wrongTable((error as Error).message);
     }
-    throw wrongTable(text.trim() ? 'It has one line only: the first names the columns, and each after it is a member.' : 'It is empty.');
+    throw wrongTable(text.trim() ? t`It has one line only: the first names the columns, and each after it is a member.` : t`It is empty.`);
 }
 
 const some = (names: string[]): string => names.slice(0, 3).join(', ') + (names.length > 3 ? ', …' : '');
@@ -199,8 +202,8 @@ const some = (names: string[]): string => names.slice(0, 3).join(', ') + (names.
 /** Why no row of a table has a mesh. */
 function lacking(name: string, table: Table, meshes: string[]): string {
     const key = keyOf(table);
-    return `No row of ${name} names a mesh that is here. Names were read from its column ${table.columns[key]}: ${some(table.rows.map((r) => r[key]))}. `
-        + (meshes.length ? `Meshes are called ${some(meshes)}.` : 'There are no meshes yet: send them with the table, or before.');
+    return t`No row of ${name} names a mesh that is here. Names were read from its column ${table.columns[key]}: ${some(table.rows.map((r) => r[key]))}. `
+        + (meshes.length ? t`Meshes are called ${some(meshes)}.` : t`There are no meshes yet: send them with the table, or before.`);
 }
 
 async function useTable(file: File, meshes: { name: string; id: string }[],

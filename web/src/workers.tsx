@@ -2,6 +2,7 @@
 // none since a result of theirs was wrong.
 import { useEffect, useState } from 'preact/hooks';
 import * as api from './api';
+import { t } from './i18n';
 import { say } from './state';
 import { ProblemBox, Shown, Sure, plural, useLoad, when } from './ui';
 
@@ -15,7 +16,7 @@ function Bars({ bars, reload }: { bars: Bar[]; reload: () => void }) {
         setError(undefined);
         try {
             await api.send('delete', '/v1/workers/bars/{bar}', { bar: `${bar.bar}` });
-            say(`${bar.worker} gets tasks again`);
+            say(t`${bar.worker} gets tasks again`);
             reload();
         } catch (e) {
             setError(e);
@@ -23,15 +24,15 @@ function Bars({ bars, reload }: { bars: Bar[]; reload: () => void }) {
     };
     return (
         <>
-            <h3>Barred</h3>
-            <p class="quiet">The service computed other results than these returned. All that come with the token from the host get no tasks for a day, and what they had returned is computed again.</p>
+            <h3>{t`Barred`}</h3>
+            <p class="quiet">{t`The service computed other results than these returned. All that come with the token from the host get no tasks for a day, and what they had returned is computed again.`}</p>
             {error ? <ProblemBox error={error} /> : null}
-            <div class="scroll" tabIndex={0} role="region" aria-label="Barred workers"><table>
-                <thead><tr>{['Found wrong', 'Host', 'Token', 'Why', 'Since', 'Until'].map((t) => <th scope="col">{t}</th>)}<th scope="col"><span class="sr">Lift</span></th></tr></thead>
+            <div class="scroll" tabIndex={0} role="region" aria-label={t`Barred workers`}><table>
+                <thead><tr>{[t`Found wrong`, t`Host`, t`Token`, t`Why`, t`Since`, t`Until`].map((title) => <th scope="col">{title}</th>)}<th scope="col"><span class="sr">{t`Lift`}</span></th></tr></thead>
                 <tbody>{bars.map((b) => (
-                    <tr key={b.bar}><td><code>{b.worker}</code></td><td>{b.host || 'any'}</td><td>{b.pilots ? 'of the service, for pilots' : b.token || 'none'}</td><td>{b.why}</td>
+                    <tr key={b.bar}><td><code>{b.worker}</code></td><td>{b.host || t`any`}</td><td>{b.pilots ? t`of the service, for pilots` : b.token || t`none`}</td><td>{b.why}</td>
                         <td>{when(b.since)}</td><td>{when(b.until)}</td>
-                        <td><Sure onYes={() => void lift(b)} question={`Let workers from ${b.host || 'any host'} have tasks again?`}>Lift</Sure></td></tr>
+                        <td><Sure onYes={() => void lift(b)} question={t`Let workers from ${b.host || t`any host`} have tasks again?`}>{t`Lift`}</Sure></td></tr>
                 ))}</tbody></table></div>
         </>
     );
@@ -44,21 +45,21 @@ export function Workers() {
         return () => clearInterval(timer);
     }, []);
     return (
-        <section aria-label="Workers">
-            <h2>Workers</h2>
-            <Shown of={workers} label="workers">{({ executor, items, bars }) => {
+        <section aria-label={t`Workers`}>
+            <h2>{t`Workers`}</h2>
+            <Shown of={workers} label={t`workers`}>{({ executor, items, bars }) => {
                 const slots = items.reduce((sum, w) => sum + w.slots, 0);
                 const leased = items.reduce((sum, w) => sum + w.leased, 0);
-                if (executor === 'local') return <p class="quiet">The service computes everything itself. <code>--executor workers</code> or <code>slurm</code> makes it offer tasks to other machines.</p>;
+                if (executor === 'local') return <p class="quiet">{t`The service computes everything itself.`} <code>--executor workers</code> {t`or`} <code>slurm</code> {t`makes it offer tasks to other machines.`}</p>;
                 const barred = bars.length > 0 && <Bars bars={bars} reload={workers.reload} />;
-                if (items.length === 0) return <><p class="quiet">No worker has given a sign for two minutes. {executor === 'slurm' ? 'Slurm is asked for some when a job has tasks.' : <>Jobs wait until <code>srnfd worker</code> runs somewhere.</>}</p>{barred}</>;
+                if (items.length === 0) return <><p class="quiet">{t`No worker has given a sign for two minutes.`} {executor === 'slurm' ? t`Slurm is asked for some when a job has tasks.` : <>{t`Jobs wait until`} <code>srnfd worker</code> {t`runs somewhere.`}</>}</p>{barred}</>;
                 return (
                     <>
-                        <p>{plural(items.length, 'worker')}{executor === 'slurm' ? ', placed by Slurm or started by hand' : ''}: {leased} of {plural(slots, 'slot')} at work.</p>
-                        <div class="scroll" tabIndex={0} role="region" aria-label="Workers"><table>
-                            <thead><tr>{['Worker', 'Host', 'Processor', 'Token', 'At work', 'Done', 'Lost', 'First sign', 'Last sign'].map((t) => <th scope="col">{t}</th>)}</tr></thead>
+                        <p>{t`${plural(items.length, 'worker')}${executor === 'slurm' ? t`, placed by Slurm or started by hand` : ''}: ${leased} of ${plural(slots, 'slot')} at work.`}</p>
+                        <div class="scroll" tabIndex={0} role="region" aria-label={t`Workers`}><table>
+                            <thead><tr>{[t`Worker`, t`Host`, t`Processor`, t`Token`, t`At work`, t`Done`, t`Lost`, t`First sign`, t`Last sign`].map((title) => <th scope="col">{title}</th>)}</tr></thead>
                             <tbody>{items.map((w) => (
-                                <tr><td><code>{w.worker}</code>{w.barred && <div class="wrong">barred</div>}</td><td>{w.host}</td><td>{w.cpu}</td><td>{w.token || 'none'}</td><td>{w.leased} of {w.slots}</td>
+                                <tr><td><code>{w.worker}</code>{w.barred && <div class="wrong">{t`barred`}</div>}</td><td>{w.host}</td><td>{w.cpu}</td><td>{w.token || t`none`}</td><td>{t`${w.leased} of ${w.slots}`}</td>
                                     <td>{w.done}{Object.entries(w.kinds).map(([kind, of]) => <div class="quiet">{kind} {of.done}</div>)}</td>
                                     <td>{w.lost}</td><td>{when(w.first)}</td><td>{when(w.last)}</td></tr>
                             ))}</tbody></table></div>
