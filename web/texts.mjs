@@ -36,7 +36,7 @@ export const isLiteral = (node) => ts.isStringLiteral(node) || ts.isNoSubstituti
 
 const calledName = (node) => {
     const callee = node.expression;
-    if (ts.isPropertyAccessExpression(callee)) return ts.isIdentifier(callee.expression) && callee.expression.text === 'api' ? 'api' : callee.name.text;
+    if (ts.isPropertyAccessExpression(callee)) return ts.isCallExpression(node) && ts.isIdentifier(callee.expression) && callee.expression.text === 'api' ? 'api' : callee.name.text;
     return ts.isIdentifier(callee) ? callee.text : callee.kind === ts.SyntaxKind.ImportKeyword ? 'import' : '';
 };
 

@@ -33,9 +33,12 @@ async function main() {
         fs.writeFileSync(table, fs.readFileSync(path.join(__dirname, '../../web/example/labels.csv'), 'utf8')
             .replace('file,label,side,mirror', 'file,label,side,mirror,age').replace(/(true|false)$/gm, '$1,40')
             + `absent.ply,"${HOSTILE.replace(/"/g, '""')}",left,false,1\n`);
-        await (await page.$('input[type=file]')).uploadFile(...files, table);
+        const notes = path.join(scratch, 'READ ME.txt'); // beside the table, and before it in a list
+        fs.writeFileSync(notes, 'These are brain nuclei.');
+        await (await page.$('input[type=file]')).uploadFile(notes, ...files, table);
         await waitText(page, 'Open the cohort sides');
-        if (!/13 of 13 files/.test(await text(page))) return await text(page);
+        await waitText(page, '1 file needs attention\\s+READ ME.txt: It has one line only');
+        if (!/13 of 14 files/.test(await text(page)) || /does not fit/.test(await text(page))) return await text(page);
         if (!/Rows without a mesh: absent.ply/.test(await text(page))) return 'the row without a mesh is not told';
         await press(page, 'Open the cohort sides');
         await waitText(page, '12 members, labels left \\(6\\), right \\(6\\)');

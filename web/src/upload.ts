@@ -147,13 +147,19 @@ export async function sendFiles(files: File[]): Promise<void> {
         }
     };
     await Promise.all(Array.from({ length: AT_ONCE }, worker));
-    const tables = files.filter((f) => TABLE.test(f.name));
-    try {
-        for (const file of tables) await useTable(file, meshes, change);
-        files.forEach((f, i) => TABLE.test(f.name) && mark(i, { state: 'done', part: 1 }));
-    } catch (error) {
-        change({ error });
+    // A folder has notes beside its table: each file is tried, and it is an error where none of them fits.
+    let first: unknown;
+    for (const [i, file] of files.entries()) {
+        if (!TABLE.test(file.name)) continue;
+        try {
+            await useTable(file, meshes, change);
+            mark(i, { state: 'done', part: 1 });
+        } catch (error) {
+            first ??= error;
+            mark(i, { state: 'refused', note: (error as Error).message });
+        }
     }
+    if (first && !state.cohort) change({ error: first });
     change({ running: false });
     say(t`${state.files.filter((f) => f.state === 'done').length} of ${files.length} files are there`);
 }
@@ -184,7 +190,7 @@ async function sendOne(file: File, told: (part: number) => void, signal: AbortSi
 }
 
 /** What is wrong with a table, for people. */
-const wrongTable = (detail: string): api.Failure => new api.Failure({ status: 0, code: 'table', title: 'The table does not fit', detail });
+const wrongTable = (detail: string): api.Failure => new api.Failure({ status: 0, code: 'table', title: t`The table does not fit`, detail });
 
 /** The table of a text; fails with what is wrong with it. */
 export function tableOf(text: string): Table {
@@ -214,8 +220,8 @@ async function useTable(file: File, meshes: { name: string; id: string }[],
         await api.listAll('meshes', (items) => { known = items; }, () => false);
     }
     const { members, rows, files } = match(table, known);
-    change({ unmatched: { rows, files: meshes.length ? files : [] } });
     if (!members.length) throw wrongTable(lacking(file.name, table, known.map((m) => m.name)));
+    change({ unmatched: { rows, files: meshes.length ? files : [] } });
     const name = await freeName(studyName(file));
     await api.send('post', '/v1/cohorts', {}, { name, members });
     change({ cohort: name });
