@@ -123,12 +123,19 @@ bool query_get(struct api_call *call, const char *name, char *buffer, size_t siz
 /* Parses a JSON body strictly: duplicate keys, depth, trailing bytes and non-objects are problems,
    answered (body.c). */
 json_t *body_json(struct api_call *call);
-/* Reads the mesh that is the body: its row, but for what the store says of it, and as it was
-   prepared. *held: the owner has it, and the row is as it is there; nothing is prepared then. False
-   when a problem was answered. Row and prepared mesh are to be cleared in any case
-   (meshes_create.c). */
+/*
+ * Reads the mesh that is the body, and stores nothing (meshes_create.c).
+ *   name     [in]  of the row, unless the owner has the mesh
+ *   row      [out] as the store is to have it, with its report; or as the owner has it there
+ *   prepared [out] the mesh as it was prepared; empty where the owner has it: it is not parsed then
+ *   held     [out] whether the owner has it
+ * False when a problem was answered. Row and prepared mesh are to be cleared in any case.
+ */
 bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *row,
                     struct compute_prepared *prepared, bool *held);
+/* The same, and keeps it for the caller; *created: it is new there. False when a problem was
+   answered. store_mesh_clear in any case. */
+bool mesh_keep_body(struct api_call *call, const char *name, struct store_mesh *row, bool *created);
 /* Index of the media type in the list (ended by NULL) that Accept likes best, the first of equals;
    -1: none (negotiate.c). */
 int accept_best(const struct api_request *request, const char *const *media_types);
@@ -140,9 +147,6 @@ json_t *mesh_record(const struct store_mesh *mesh);
 json_t *mesh_report_load(const struct store_mesh *mesh);
 /* Whether a stored mesh cannot be analysed, and the first reason with its element. */
 bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detail[320]);
-/* Reads it and keeps it for the caller; *created: it is new there. False when a problem was
-   answered. store_mesh_clear in any case. */
-bool mesh_keep_body(struct api_call *call, const char *name, struct store_mesh *row, bool *created);
 /* The media type of a mesh format: "model/stl", ... */
 const char *mesh_media_type(const char *format);
 json_t *surface_record(const struct store_surface *surface);
