@@ -133,9 +133,7 @@ static const struct process_output outputs[] = {
 
 /* ---- What holds between inputs --------------------------------------------------------------- */
 
-/* Whether the folds have training subjects enough for what is asked of them. */
-static void check_folds(struct process_inputs *given, const struct classify_classes *classes,
-                        size_t smallest)
+static void check_folds(struct process_inputs *given, const struct classify_classes *classes)
 {
     long components = (long)json_integer_value(json_object_get(given->canonical, "components"));
     size_t features = (components ? (size_t)components : 1) +
@@ -144,7 +142,7 @@ static void check_folds(struct process_inputs *given, const struct classify_clas
     size_t freedom;
 
     freedom = inputs_chose(given->canonical, "covariance", "class")
-                  ? classes->subjects[smallest] - 2
+                  ? classes->subjects[classes->smallest] - 2
                   : classes->determined;
     if (features > freedom) {
         problem_add(given->list, components ? "/inputs/components" : "/inputs/covariance",

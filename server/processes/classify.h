@@ -37,6 +37,7 @@ struct classify_classes {
     size_t *labels;     /* [n] */
     size_t *sizes;      /* [count] members */
     size_t *subjects;   /* [count] */
+    size_t smallest;    /* the class with the fewest subjects, the first of equals */
     size_t determined;  /* features of one covariance in any fold: srnf_class_subjects */
     const char **names; /* [count], borrowed from the labels */
 };
@@ -50,12 +51,13 @@ struct classify_classes {
 bool classify_classes_find(const json_t *cohort, const size_t *subjects,
                            struct classify_classes *classes, size_t *missing);
 void classify_classes_clear(struct classify_classes *classes);
+/* Whether the folds of these classes have training subjects enough for what is asked of them. */
+typedef void classify_check_folds(struct process_inputs *given,
+                                  const struct classify_classes *classes);
 /* Notes what is wrong with the labels of a canonical cohort: members without one, fewer than two,
-   or one with fewer than `least` subjects. If nothing is, goes on with check; smallest: the class
-   with the fewest subjects. */
+   or one with fewer than `least` subjects. If nothing is, goes on with check. */
 void classify_classes_check(struct process_inputs *given, const json_t *cohort, size_t least,
-                            void (*check)(struct process_inputs *given,
-                                          const struct classify_classes *classes, size_t smallest));
+                            classify_check_folds *check);
 
 /* classify_numbers.c. The values of the covariates of the members, an array for each, into the
    canonical cohort as "values"; problems name who lacks one. */

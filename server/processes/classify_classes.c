@@ -51,24 +51,28 @@ bool classify_classes_find(const json_t *cohort, const size_t *subjects,
         classes->labels[i] = class_of(classes, json_string_value(json_array_get(labels, i)));
         classes->sizes[classes->labels[i]]++;
     }
-    return srnf_class_subjects(n, classes->labels, subjects, classes->count, classes->subjects,
-                               &classes->determined) == SRNF_OK;
+    if (srnf_class_subjects(n, classes->labels, subjects, classes->count, classes->subjects,
+                            &classes->determined) != SRNF_OK) {
+        return false;
+    }
+    for (size_t c = 1; c < classes->count; c++) {
+        classes->smallest =
+            classes->subjects[c] < classes->subjects[classes->smallest] ? c : classes->smallest;
+    }
+    return true;
 }
 
 void classify_classes_check(struct process_inputs *given, const json_t *cohort, size_t least,
-                            void (*check)(struct process_inputs *given,
-                                          const struct classify_classes *classes, size_t smallest))
+                            classify_check_folds *check)
 {
     const json_t *labels = json_object_get(cohort, "labels");
     struct classify_classes classes = {0};
-    size_t missing = 0, count, largest, smallest = 0;
+    size_t missing = 0, count, largest, smallest;
     size_t *subjects = group_subject_numbers(json_object_get(cohort, "subjects"),
                                              json_array_size(labels), &count, &largest);
     bool found = subjects && classify_classes_find(cohort, subjects, &classes, &missing);
 
-    for (size_t c = 1; found && c < classes.count; c++) {
-        smallest = classes.subjects[c] < classes.subjects[smallest] ? c : smallest;
-    }
+    smallest = classes.smallest;
     if (!found) {
         problem_add(given->list, "/inputs/cohort", "is too large for the memory there is");
     } else if (missing < classes.n) {
@@ -81,7 +85,7 @@ void classify_classes_check(struct process_inputs *given, const json_t *cohort, 
                     classes.subjects[smallest], classes.sizes[smallest], classes.names[smallest],
                     least);
     } else {
-        check(given, &classes, smallest);
+        check(given, &classes);
     }
     classify_classes_clear(&classes);
     srnf_free(subjects);

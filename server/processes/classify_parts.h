@@ -27,10 +27,8 @@ struct classify_parts_alone {
 void classify_parts_complete(struct process_inputs *given);
 /* The same for other processes of labelled subjects, whose classes have `least` subjects each and
    are judged by check (classify_classes_check); memory for `copies` fields of each member. */
-void classify_parts_describe(struct process_inputs *given, size_t copies, size_t least,
-                             void (*check)(struct process_inputs *given,
-                                           const struct classify_classes *classes,
-                                           size_t smallest));
+void classify_parts_complete_by(struct process_inputs *given, size_t copies, size_t least,
+                                classify_check_folds *check);
 /* The values of covariates of the n subjects, an array for each name, into the canonical cohort;
    false with a problem noted. */
 bool classify_parts_values(struct process_inputs *given, const json_t *names, size_t n);

@@ -216,15 +216,13 @@ bool classify_parts_classes(const json_t *cohort, struct classify_classes *class
     return found;
 }
 
-/* Whether the folds have training subjects enough for what is asked of them. */
-static void check_folds(struct process_inputs *given, const struct classify_classes *classes,
-                        size_t smallest)
+static void check_folds(struct process_inputs *given, const struct classify_classes *classes)
 {
     long components = (long)json_integer_value(json_object_get(given->canonical, "components"));
     size_t features =
         (components ? (size_t)components : 1) + classify_parts_count(given->canonical);
     size_t freedom = inputs_chose(given->canonical, "covariance", "class")
-                         ? classes->subjects[smallest] - 2
+                         ? classes->subjects[classes->smallest] - 2
                          : classes->determined;
 
     if (features > freedom) {
@@ -252,9 +250,8 @@ static void check_methods(struct process_inputs *given)
     }
 }
 
-void classify_parts_describe(struct process_inputs *given, size_t copies, size_t least,
-                             void (*check)(struct process_inputs *given,
-                                           const struct classify_classes *classes, size_t smallest))
+void classify_parts_complete_by(struct process_inputs *given, size_t copies, size_t least,
+                                classify_check_folds *check)
 {
     json_t *cohort = json_object_get(given->canonical, "cohort");
     size_t members = json_array_size(json_object_get(cohort, "surfaces"));
@@ -264,7 +261,7 @@ void classify_parts_describe(struct process_inputs *given, size_t copies, size_t
 
     inputs_check_memory(given, members, degree, copies, 0.0);
     if (!given->list->errors) {
-        pca_parts_describe(given);
+        pca_parts_complete(given);
     }
     if (given->answered || given->list->errors) {
         return;
@@ -281,5 +278,5 @@ void classify_parts_describe(struct process_inputs *given, size_t copies, size_t
 void classify_parts_complete(struct process_inputs *given)
 {
     check_methods(given);
-    classify_parts_describe(given, COPIES, SUBJECTS_MIN, check_folds);
+    classify_parts_complete_by(given, COPIES, SUBJECTS_MIN, check_folds);
 }

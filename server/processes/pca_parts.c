@@ -77,7 +77,7 @@ static void complete(struct process_inputs *given)
 {
     mean_complete(given, PCA_PARTS_COPIES);
     if (!given->list->errors) {
-        pca_parts_describe(given);
+        pca_parts_complete(given);
     }
 }
 

@@ -50,7 +50,7 @@ double *pca_parts_positions(struct jobs_run *run, const struct group_input *grou
 extern const struct input_own pca_parts_cohort, pca_parts_by, pca_parts_weights;
 /* For complete: the parts and subjects of the canonical cohort, whose members are put part after
    part; or problems that name who lacks a part. */
-void pca_parts_describe(struct process_inputs *given);
+void pca_parts_complete(struct process_inputs *given);
 /* The same for a model of several structures: its parts are the cohort's, in its order. Any number
    of subjects will do, and weights are not read. */
 void pca_parts_sort(struct process_inputs *given, const json_t *names);

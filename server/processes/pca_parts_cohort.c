@@ -350,7 +350,7 @@ static bool open_sorting(struct sorting *s)
 }
 
 /* known: as in struct sorting. */
-static void describe(struct process_inputs *given, const json_t *known)
+static void sort_by_parts(struct process_inputs *given, const json_t *known)
 {
     struct sorting s = {.given = given, .members = group_stored_members(given), .known = known};
 
@@ -369,12 +369,12 @@ static void describe(struct process_inputs *given, const json_t *known)
     json_decref(s.members);
 }
 
-void pca_parts_describe(struct process_inputs *given)
+void pca_parts_complete(struct process_inputs *given)
 {
-    describe(given, NULL);
+    sort_by_parts(given, NULL);
 }
 
 void pca_parts_sort(struct process_inputs *given, const json_t *names)
 {
-    describe(given, names);
+    sort_by_parts(given, names);
 }

@@ -58,8 +58,7 @@ static const struct process_output outputs[] = {
 
 /* ---- What holds between inputs --------------------------------------------------------------- */
 
-void train_check_folds(struct process_inputs *given, const struct classify_classes *classes,
-                       size_t smallest)
+void train_check_folds(struct process_inputs *given, const struct classify_classes *classes)
 {
     long components = (long)json_integer_value(json_object_get(given->canonical, "components"));
     bool open = !components || inputs_chose(given->canonical, "covariance", "auto");
@@ -68,12 +67,10 @@ void train_check_folds(struct process_inputs *given, const struct classify_class
                            : inputs_chose(given->canonical, "scale", "shape-and-size") +
                                  json_array_size(json_object_get(given->canonical, "covariates"));
     size_t features = (components ? (size_t)components : 1) + numbers;
-    size_t determined;
-
-    (void)smallest;
-    determined =
+    size_t determined =
         srnf_train_determined(classes->count, classes->subjects,
                               !inputs_chose(given->canonical, "covariance", "class"), open);
+
     if (inputs_chose(given->canonical, "method", train_methods[0]) && features > determined) {
         problem_add(given->list, components ? "/inputs/components" : "/inputs/covariance",
                     "asks for a covariance of %zu features, size and covariates counted; the "

@@ -92,10 +92,8 @@ extern const char *const train_methods[], *const train_covariances[], *const tra
         {"lmax", OUTPUT_INTEGER, "Degree of the classifier."}, BRIDGED_GROUP_OUTPUTS,              \
         REGISTRATION_OUTPUT
 
-/* For classify_classes_check: whether the inner folds have training subjects enough for what is
-   asked of them. */
-void train_check_folds(struct process_inputs *given, const struct classify_classes *classes,
-                       size_t smallest);
+/* Of the inner folds. */
+classify_check_folds train_check_folds;
 /* For complete: that no covariate is called what a size is called. */
 void train_check_names(struct process_inputs *given);
 /* Bytes that the folds of n subjects take beside the fields. */

@@ -54,7 +54,7 @@ static void complete(struct process_inputs *given)
     const json_t *cohort = json_object_get(given->canonical, "cohort");
     size_t members = json_array_size(json_object_get(cohort, "surfaces")), n_parts;
 
-    classify_parts_describe(given, TRAIN_COPIES, SRNF_TRAIN_SUBJECTS_MIN, train_check_folds);
+    classify_parts_complete_by(given, TRAIN_COPIES, SRNF_TRAIN_SUBJECTS_MIN, train_check_folds);
     n_parts = json_array_size(json_object_get(cohort, "parts"));
     if (n_parts > 0 && !given->answered && !given->list->errors) {
         long degree = (long)json_integer_value(json_object_get(given->canonical, "lmax"));
