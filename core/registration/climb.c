@@ -14,7 +14,6 @@
 #include <math.h>
 #include <string.h>
 
-#define BASIN_DEGREE ((size_t)8) /* of the fields whose steps come before those of delta */
 #define PULLED_DECREASE 3e-3
 #define REFIT_DEGREE ((size_t)20) /* of the step that stands for delta */
 #define REFIT_WORSE 2e-3

@@ -240,7 +240,7 @@ size_t registration_screen(const double *first, const double *second, size_t cap
 SRNF_CHECKED int registration_rigid(const struct problem *problem, struct start_rotation *start,
                                     double *curvature);
 
-/* ---- One way (search.c) --------------------------------------------------------- */
+/* ---- One way (search_create.c, search.c, search_measure.c) --------------------- */
 
 struct landmark_search;
 
@@ -311,6 +311,8 @@ size_t search_screen(const struct search *search, size_t capacity, struct start_
 /* Energy and objective of a warp on the full target, by the moving field itself, and what its
    chain leaves of the landmarks. */
 SRNF_CHECKED int search_measure(const struct search *search, struct warp *warp);
+/* The distance that its energy is. */
+double search_distance(const struct search *search, const struct warp *warp);
 /* The reason that leaves more to be doubted, of two searches that are told of together. */
 enum srnf_register_stop registration_worse_stop(enum srnf_register_stop a,
                                                 enum srnf_register_stop b);

@@ -9,6 +9,8 @@
 
 #define DIRECT_ENERGY 1e-4 /* below it two surfaces may be the same, and errors of tables count */
 #define MATRIX_DEGREE ((size_t)12) /* up to it one matrix serves all degrees of fields */
+/* Of the fields that the tournament ends with, whose steps come before those of delta (climb.c). */
+#define BASIN_DEGREE ((size_t)8)
 
 /* Rows of the grid, degrees of the surfaces and of the fields, rows of the fields' tables, steps,
    how many entrants are kept at most. */
