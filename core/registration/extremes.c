@@ -4,7 +4,7 @@
  * The nodes of the search's grid with the lowest and the highest J are known. About each of a few
  * of them that are apart, the chain is followed from the eight points around it at half the
  * distance of two rows; the rest of the sphere lies further from the extremes than J varies between
- * nodes that resolve the fields (search.c).
+ * nodes that resolve the fields (search_create.c).
  */
 #include "registration.h"
 

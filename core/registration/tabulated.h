@@ -10,7 +10,7 @@
  * Points lie in structures of arrays, four to a vector, the last ones repeated with weight 0 up to
  * a multiple of four. Steps allocate nothing. What is found here is an approximation of the problem
  * (objective to some 1e-6 on the grid of the full problem); the chain that it gives is a warp like
- * any other, and the answer is measured by the direct way (search.c).
+ * any other, and the answer is measured by the direct way (search_measure.c).
  */
 #ifndef SRNF_REGISTRATION_TABULATED_H
 #define SRNF_REGISTRATION_TABULATED_H
