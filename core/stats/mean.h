@@ -230,6 +230,12 @@ void mean_points_out(const struct mean_run *run, const struct mean_points *point
 void mean_points_in(const struct mean_run *run, const double *gamma, const double *jacobian,
                     const struct mean_points *points);
 
+/* ---- mean_register.c ------------------------------------------------------------------------- */
+
+/* All to the mean from nothing, and the mean after it. */
+SRNF_CHECKED int mean_register_all(struct mean_run *run, struct stats_progress progress,
+                                   struct srnf_error *error);
+
 /* ---- mean_look.c: the same ------------------------------------------------------------------- */
 
 /* O, energy and penalty against the target, where the subject is; field, or NULL: O sqrt(J)
@@ -307,8 +313,30 @@ SRNF_CHECKED int mean_landmarks_hand_over(struct mean_run *run, struct srnf_mean
 SRNF_CHECKED int mean_descend(struct mean_run *run, struct stats_progress progress,
                               struct srnf_error *error);
 
-/* ---- mean.c ---------------------------------------------------------------------------------- */
+/* ---- mean_create.c --------------------------------------------------------------------------- */
 
+/* All that a run works with, from its first members: sht, context, n and surfaces. To be cleared
+   in any case. */
+SRNF_CHECKED int mean_run_create(struct mean_run *run, const struct srnf_mean_options *options,
+                                 struct srnf_error *error);
+void mean_run_clear(struct mean_run *run);
+
+/* ---- mean_start.c ---------------------------------------------------------------------------- */
+
+/* The fields of all, or their plain average, N, and the tools that are kept. */
+SRNF_CHECKED int mean_begin(struct mean_run *run, struct srnf_error *error);
+/* mean_q where nothing is known of it yet. start: a subject, or STATS_START_DEFAULT. */
+SRNF_CHECKED int mean_start(struct mean_run *run, size_t start, struct srnf_error *error);
+/* As a checkpoint has it. */
+SRNF_CHECKED int mean_resume(struct mean_run *run, const struct srnf_mean_options *options,
+                             struct srnf_error *error);
+/* The mean of all as they are parameterized, and the variance; where nothing is registered. */
+void mean_average_plain(struct mean_run *run);
+
+/* ---- mean_objective.c ------------------------------------------------------------------------ */
+
+/* target <- mean_q */
+void mean_set_target(struct mean_run *run);
 /* The variance about average, of fields whose energies were measured against mean_q. */
 double mean_variance_about(const struct mean_run *run, const double *average);
 /* mean_q and target <- average, of that variance. */
