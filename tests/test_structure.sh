@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What keeps the daemon's files apart, read from the objects of a build: few files call each other in a circle, and
-# to edit a header of the store rebuilds few others. Objects whose source is gone are passed over.
+# What keeps the files of daemon and library apart, read from the objects of a build: few files call each other in a
+# circle, and to edit a header of the store rebuilds few others. Objects whose source is gone are passed over.
 # srnfd-test: release-only
 . "$(dirname "$0")/support/lib.sh"
 
@@ -8,14 +8,19 @@ CIRCLE_MAX=4
 REBUILT_MAX=40 # objects of the daemon
 
 cd "$SRNFD_BUILD/obj" || exit 1
-find server -name '*.o' | sort | while IFS= read -r object; do
-    if [ -f "$ROOT/${object%.o}.c" ]; then echo "$object"; fi
-done >"$SCRATCH/objects"
-compare "$(wc -l <"$SCRATCH/objects")" '>' 100 'the daemon was built'
+objects_of() { # FOLDER
+    find "$1" -name '*.o' | sort | while IFS= read -r object; do
+        if [ -f "$ROOT/${object%.o}.c" ]; then echo "$object"; fi
+    done
+}
+objects_of server >"$SCRATCH/server"
+objects_of core >"$SCRATCH/core"
+compare "$(wc -l <"$SCRATCH/server")" '>' 100 'the daemon was built'
+compare "$(wc -l <"$SCRATCH/core")" '>' 100 'and the library'
 
 # Lines "DEFINES file symbol" and "USES file symbol".
-symbols() {
-    xargs nm -A <"$SCRATCH/objects" | awk '
+symbols() { # FILE: a list of objects
+    xargs nm -A <"$1" | awk '
         { file = substr($1, 1, index($1, ".o:") - 1) }
         $(NF - 1) ~ /^[TDRBC]$/ { print "DEFINES", file, $NF }
         $(NF - 1) == "U" || $(NF - 1) ~ /:U$/ { print "USES", file, $NF }'
@@ -66,14 +71,16 @@ too_large() {
 # That the search finds one: a -> b -> c -> a, and c <-> d, but not e.
 is "$(printf '%s\n' 'DEFINES a a' 'DEFINES b b' 'DEFINES c c' 'DEFINES d d' 'DEFINES e e' 'USES a b' 'USES b c' \
     'USES c a' 'USES c d' 'USES d c' 'USES d e' | circles)" '4 a b c d' 'a circle is found'
-symbols | circles >"$SCRATCH/circles"
-note "circles: $(cut -d ' ' -f 1 "$SCRATCH/circles" | sort -rn | tr '\n' ' ')"
-is "$(too_large <"$SCRATCH/circles")" '' "no circle of calls has more than $CIRCLE_MAX files"
+for part in server core; do
+    symbols "$SCRATCH/$part" | circles >"$SCRATCH/circles"
+    note "circles: $(cut -d ' ' -f 1 "$SCRATCH/circles" | sort -rn | tr '\n' ' ')"
+    is "$(too_large <"$SCRATCH/circles")" '' "no circle of calls in $part/ has more than $CIRCLE_MAX files"
+done
 
 # "count header": the objects that depend on each header of the store, as the compiler has noted in the first rule of
 # each object's .d.
 rebuilt() {
-    sed 's/o$/d/' "$SCRATCH/objects" | xargs awk '
+    sed 's/o$/d/' "$SCRATCH/server" | xargs awk '
         FNR == 1 { rule = 1 }
         rule { for (i = 1; i <= NF; i++) if ($i ~ /^server\/store\/[a-z_]*\.h$/) print FILENAME, $i }
         !/\\$/ { rule = 0 }' | sort -u | cut -d ' ' -f 2 | sort | uniq -c

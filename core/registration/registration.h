@@ -301,7 +301,8 @@ SRNF_CHECKED int search_extremes(const struct search *search, struct search_resu
 /* For tournament.c and climb.c. Target from a field [3][n] of a grid; memory: 7 n doubles. */
 void search_place(struct target *target, const struct srnf_grid *grid, const double *field,
                   double *memory);
-/* The degrees that are screened, of [3][(degree+1)^2]; out: zero where there are none. */
+/* The degrees that are screened, of [3][(degree+1)^2]; out: zero where there are none
+   (screen.c). */
 void search_cut_series(size_t degree, const double *series, double *out);
 /* q1 by its harmonics up to a degree, on a coarser grid. memory: to be freed. */
 SRNF_CHECKED int search_coarsen(const struct search *search, size_t rows, size_t degree,
@@ -313,10 +314,11 @@ size_t search_screen(const struct search *search, size_t capacity, struct start_
 SRNF_CHECKED int search_measure(const struct search *search, struct warp *warp);
 /* The distance that its energy is. */
 double search_distance(const struct search *search, const struct warp *warp);
-/* The reason that leaves more to be doubted, of two searches that are told of together. */
+/* The reason that leaves more to be doubted, of two searches that are told of together
+   (options.c). */
 enum srnf_register_stop registration_worse_stop(enum srnf_register_stop a,
                                                 enum srnf_register_stop b);
-/* What register.h allows as degree and penalties. */
+/* What srnf/register.h allows as degree and penalties (options.c). */
 SRNF_CHECKED int registration_check(const struct srnf_register_options *options,
                                     struct srnf_error *error);
 /* The distance of srnf_register, without the rest of its report, which takes as long as a third of
@@ -341,7 +343,7 @@ SRNF_CHECKED int registration_lay(const struct srnf_sht *sht,
                                   const double rotation[9], const struct srnf_warp *warp,
                                   const struct srnf_context *context, double *points,
                                   double *jacobian, double *q, double *f);
-/* Rows of a grid of 2 rows^2 nodes that fields of a degree do not overfit. */
+/* Rows of a grid of 2 rows^2 nodes that fields of a degree do not overfit (nodes.c). */
 size_t registration_rows(size_t degree);
 /* The parallels of a Gauss-Legendre grid of 2 rows^2 nodes, without the tables of a transform; to
    be freed. NULL: no memory. */

@@ -243,3 +243,14 @@ size_t registration_screen(const double *first, const double *second, size_t cap
     srnf_free(all);
     return count;
 }
+
+void search_cut_series(size_t degree, const double *series, double *out)
+{
+    size_t count = srnf_coefficient_count(degree);
+    size_t kept = count < COUNT ? count : COUNT;
+
+    memset(out, 0, 3 * COUNT * sizeof *out);
+    for (size_t c = 0; c < 3; c++) {
+        memcpy(out + c * COUNT, series + c * count, kept * sizeof *out);
+    }
+}

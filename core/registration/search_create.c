@@ -6,45 +6,7 @@
 
 #include "harmonics/harmonics.h"
 
-#include <math.h>
 #include <string.h>
-
-#define NODES_PER_DEGREE ((size_t)4) /* rows of the full grid to a degree of the fields */
-#define FINE_ROWS_MIN ((size_t)36)
-#define FINE_ROWS_MAX ((size_t)96)
-
-void registration_nodes(const struct srnf_grid *grid, double *points, double *weight)
-{
-    for (size_t i = 0; i < grid->n_theta * grid->n_phi; i++) {
-        size_t row = i / grid->n_phi;
-        double phi = 2.0 * SRNF_PI * (double)(i % grid->n_phi) / (double)grid->n_phi;
-
-        points[3 * i] = grid->sin_theta[row] * cos(phi);
-        points[3 * i + 1] = grid->sin_theta[row] * sin(phi);
-        points[3 * i + 2] = grid->cos_theta[row];
-        weight[i] = grid->weight[row];
-    }
-}
-
-double *registration_parallels(size_t rows, struct srnf_grid *grid)
-{
-    double *nodes = srnf_alloc(4 * rows, sizeof(double));
-
-    if (nodes) {
-        sphere_gauss_legendre(rows, nodes, nodes + rows, nodes + 2 * rows, nodes + 3 * rows);
-        for (size_t i = 0; i < rows; i++) {
-            nodes[3 * rows + i] *= SRNF_PI / (double)rows;
-        }
-        *grid = (struct srnf_grid){.kind = SRNF_GRID_GAUSS_LEGENDRE,
-                                   .n_theta = rows,
-                                   .n_phi = 2 * rows,
-                                   .theta = nodes,
-                                   .cos_theta = nodes + rows,
-                                   .sin_theta = nodes + 2 * rows,
-                                   .weight = nodes + 3 * rows};
-    }
-    return nodes;
-}
 
 void search_place(struct target *target, const struct srnf_grid *grid, const double *field,
                   double *memory)
@@ -62,17 +24,6 @@ void search_place(struct target *target, const struct srnf_grid *grid, const dou
     }
     *target =
         (struct target){.n = n, .points = memory, .weight = memory + 3 * n, .q = q, .norm2 = norm2};
-}
-
-void search_cut_series(size_t degree, const double *series, double *out)
-{
-    size_t count = srnf_coefficient_count(degree);
-    size_t kept = count < SCREEN_COUNT ? count : SCREEN_COUNT;
-
-    memset(out, 0, 3 * SCREEN_COUNT * sizeof *out);
-    for (size_t c = 0; c < 3; c++) {
-        memcpy(out + c * SCREEN_COUNT, series + c * count, kept * sizeof *out);
-    }
 }
 
 /* The harmonics of q1 that its degree has. */
@@ -122,13 +73,6 @@ static int fine_field(const struct srnf_sht *sht, enum srnf_representation repre
     srnf_free(c);
     srnf_sht_destroy(own);
     return status;
-}
-
-size_t registration_rows(size_t degree)
-{
-    size_t rows = NODES_PER_DEGREE * degree;
-
-    return rows < FINE_ROWS_MIN ? FINE_ROWS_MIN : rows > FINE_ROWS_MAX ? FINE_ROWS_MAX : rows;
 }
 
 /* The grid of the full problem. On too coarse a one fields of the given degree fit the nodes and
