@@ -4,7 +4,8 @@
  * A column is read as a whole: 1 and 2 among words are words, and a subject 007 keeps its zeros. A
  * comma within a number is a decimal comma where cells are separated by semicolons or tabs, as
  * spreadsheets in most of Europe write them. Between commas, in quotes, "1,234" can be either of
- * two numbers, and is refused; so is a column with points in some cells and commas in others.
+ * two numbers, and is refused; so is a column with points in some cells and commas in others, and
+ * one of 1.200 beside one of 1,5.
  */
 #include "api/study_table.h"
 
@@ -17,6 +18,7 @@
 #include <strings.h>
 
 #include "api/cohorts.h"
+#include "api/numerals.h"
 #include "api/warnings.h"
 
 #define NUMBER_MAX 64  /* bytes of the longest number that is read */
@@ -103,14 +105,15 @@ static bool has_numbers(const struct study_table *table, size_t column)
 }
 
 /* A column of numbers was most likely meant to be one where most cells are, or all but those that
-   stand for nothing, or half of them and not the same number each time. */
+   stand for nothing or are numbers in a spelling that is not read (styled), or half of them and not
+   the same number each time. */
 static void note_strays(struct study_table *table, size_t column, size_t numbers, size_t said,
-                        size_t placeholders, size_t first)
+                        size_t placeholders, size_t styled, size_t first)
 {
     size_t others = said - numbers;
 
-    if (others > 0 && numbers > 1 &&
-        (numbers > others || others == placeholders ||
+    if (others > 0 && numbers + styled > 1 &&
+        (numbers > others || others == placeholders + styled ||
          (numbers == others && has_numbers(table, column)))) {
         table->strays[column] =
             (struct study_strays){.numbers = numbers, .others = others, .row = first};
@@ -122,7 +125,7 @@ static bool judge_column(struct study_table *table, size_t column,
                          char problem[DELIMITED_PROBLEM_MAX])
 {
     size_t said = 0, points = 0, commas = 0, whole = 0, booleans = 0, first = SIZE_MAX;
-    size_t placeholders = 0;
+    size_t placeholders = 0, styled = 0;
     const char *name = table->cells.cells[column];
 
     for (size_t i = 0; i < table->cells.rows; i++) {
@@ -141,9 +144,10 @@ static bool judge_column(struct study_table *table, size_t column,
         } else {
             first = first == SIZE_MAX ? i : first;
             placeholders += is_placeholder(cell);
+            styled += !is_placeholder(cell) && numeral_is_styled(cell);
         }
     }
-    note_strays(table, column, points + commas + whole, said, placeholders, first);
+    note_strays(table, column, points + commas + whole, said, placeholders, styled, first);
     table->kinds[column] = said == 0                ? STUDY_EMPTY
                            : booleans == said       ? STUDY_BOOLEAN
                            : points + whole == said ? STUDY_NUMBER
@@ -188,6 +192,53 @@ static bool check_numbers(const struct study_table *table, size_t column,
         if (!says_nothing(cell) && !isfinite(read_number(cell, kind == STUDY_COMMA_NUMBER, copy))) {
             return wrong(problem, "line %u, column %.80s: the number %.64s is too large",
                          table->cells.lines[i + 1], table->cells.cells[column], cell);
+        }
+    }
+    return true;
+}
+
+/* The first number of a column that has the mark; NULL: none has. *grouped: in all that have it, it
+   can stand between thousands. */
+static const char *first_marked(const struct study_table *table, size_t column, char mark,
+                                bool *grouped)
+{
+    enum study_kind kind = table->kinds[column];
+    const char *first = NULL;
+
+    *grouped = true;
+    for (size_t i = 0; i < table->cells.rows; i++) {
+        const char *cell = delimited_cell(&table->cells, i, column);
+
+        if ((kind == STUDY_NUMBER || kind == STUDY_COMMA_NUMBER) && strchr(cell, mark)) {
+            *grouped = *grouped && numeral_is_grouped(cell, mark);
+            first = first ? first : cell;
+        }
+    }
+    return first;
+}
+
+/* Refuses a column of which each mark can stand between thousands, where another column has the
+   other mark: 1.200 beside 41,5 is more likely a thousand than one and a fifth. */
+static bool check_marks(const struct study_table *table, char problem[DELIMITED_PROBLEM_MAX])
+{
+    static const char marks[2][2] = {{'.', ','}, {',', '.'}};
+
+    for (size_t k = 0; k < 2; k++) {
+        for (size_t i = 0; i < table->cells.columns; i++) {
+            bool grouped, any;
+            const char *cell = first_marked(table, i, marks[k][0], &grouped);
+
+            for (size_t j = 0; j < table->cells.columns && cell && grouped; j++) {
+                const char *other = first_marked(table, j, marks[k][1], &any);
+
+                if (other) {
+                    return wrong(problem,
+                                 "\"%.40s\" of column %.80s can be two numbers, since column %.80s "
+                                 "has \"%.40s\"; write all numbers with the same decimal mark, and "
+                                 "thousands without one",
+                                 cell, table->cells.cells[i], table->cells.cells[j], other);
+                }
+            }
         }
     }
     return true;
@@ -271,7 +322,7 @@ static bool read_head(struct study_table *table, const char *key,
     if (covariates > COHORT_COVARIATES_MAX) {
         return wrong(problem, "it has more than %d covariates", COHORT_COVARIATES_MAX);
     }
-    return true;
+    return check_marks(table, problem);
 }
 
 enum delimited_status study_table_read(const void *text, size_t size, const char *key,
@@ -332,20 +383,28 @@ static void warn_of_strays(const struct study_table *table, size_t column, json_
     const struct study_strays *strays = &table->strays[column];
     const char *name = table->cells.cells[column];
     unsigned line = table->cells.lines[strays->row + 1];
-    json_t *cells = json_array();
+    json_t *cells = json_array(), *figures;
     char quoted[64 * STRAYS_SHOWN];
 
     quote_strays(table, column, cells, quoted, sizeof quoted);
-    warning_add(
-        warnings, "column-is-text",
+    figures =
         json_pack("{s:s, s:I, s:s, s:o, s:I, s:I}", "column", name, "line", (json_int_t)line,
                   "cell", delimited_cell(&table->cells, strays->row, column), "cells", cells,
-                  "numbers", (json_int_t)strays->numbers, "others", (json_int_t)strays->others),
-        "Column %.80s is read as text, since %zu of its cells %s no number%s: %s, line %u "
-        "first. Its other %zu cells are numbers. Correct %s, or leave cells empty or NA "
-        "where nothing is known.",
-        name, strays->others, strays->others == 1 ? "is" : "are", strays->others == 1 ? "" : "s",
-        quoted, line, strays->numbers, strays->others == 1 ? "it" : "them");
+                  "numbers", (json_int_t)strays->numbers, "others", (json_int_t)strays->others);
+    if (strays->numbers == 0) {
+        warning_add(warnings, "column-is-text", figures,
+                    "Column %.80s is read as text, since its numbers are written as no number is "
+                    "read: %s, line %u first. Write them with digits and one decimal mark alone.",
+                    name, quoted, line);
+        return;
+    }
+    warning_add(warnings, "column-is-text", figures,
+                "Column %.80s is read as text, since %zu of its cells %s no number%s: %s, line %u "
+                "first. Its other %zu cells are numbers. Correct %s, or leave cells empty or NA "
+                "where nothing is known.",
+                name, strays->others, strays->others == 1 ? "is" : "are",
+                strays->others == 1 ? "" : "s", quoted, line, strays->numbers,
+                strays->others == 1 ? "it" : "them");
 }
 
 void study_table_warn(const struct study_table *table, json_t *warnings)

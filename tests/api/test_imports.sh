@@ -108,7 +108,7 @@ strays() { # AGE.., of members of a table
         printf '\nw%d.off;a;%s' "$i" "$age" >>"$SCRATCH/mixed/t.csv"
         files+=(-F "file=@$SCRATCH/mixed/w$i.off")
     done
-    post /v1/imports -F "cohort=strays$#" -F "file=@$SCRATCH/mixed/t.csv" "${files[@]}"
+    post /v1/imports -F "cohort=strays$(cksum <<<"$*" | cut -d " " -f 1)" -F "file=@$SCRATCH/mixed/t.csv" "${files[@]}"
     json '[.warnings[] | select(.code == "column-is-text") | .figures | [.column, .line, .cells, .numbers, .others]] | tojson'
 }
 is "$(strays 41 - 42 44 12,5y '?' 39)" '[["age",3,["-","12,5y","?"],4,3]]' \
@@ -118,6 +118,12 @@ is "$(strays 41 - - - - 43)" '[["age",3,["-"],2,4]]' 'so are many that stand for
 is "$(strays 41 old young 43)" '[["age",3,["old","young"],2,2]]' 'so is a column of which half are numbers'
 is "$(strays 0 left 0 right 0 up 0 down)" '[]' 'but not where they are the same number'
 is "$(strays 41 old young old 43)" '[]' 'words with numbers among them are words'
+is "$(strays 1.234,5 2.000,0 - 1.100,25)" '[["age",2,["1.234,5","2.000,0","-"],0,4]]' 'so are numbers whose thousands stand apart'
+like "$(json '.warnings[0].detail')" 'its numbers are written as no number is read: "1.234,5"' 'in words of their own'
+is "$(strays 950 $'1\xe2\x80\xaf200,5' $'1\xe2\x80\xaf100' 870)" "[[\"age\",3,[\"1"$'\xe2\x80\xaf'"200,5\",\"1"$'\xe2\x80\xaf'"100\"],2,2]]" 'or by the spaces of print'
+is "$(strays 10% 10% '20 %')" '[["age",2,["10%","20 %"],0,3]]' 'so are percents'
+is "$(strays $'\xe2\x88\x921,5' '<2' 1)" "[[\"age\",2,[\""$'\xe2\x88\x92'"1,5\",\"<2\"],1,2]]" 'a minus of print, and bounds'
+is "$(strays 7.1.1 2021-03-01 40-50 6.0.0)" '[]' 'but not versions, dates and ranges'
 get "/v1/volumes/$VOLUME"
 is "$STATUS $(json .labelCount)" '200 12' 'the volume is there'
 curl -fsS -o "$SCRATCH/back.nii.gz" "$URL/v1/volumes/$VOLUME/content"
@@ -248,6 +254,12 @@ wrong_table 'file,label\ngood.off,a,b\n' 'with a row of another length'
 wrong_table 'file,label\n"good.off,a\n' 'with a quote that is not closed'
 wrong_table 'file,age\ngood.off,"1,5"\nevil.off,"2,5"\n' 'with decimal commas between commas'
 wrong_table 'file;age\ngood.off;1,5\nevil.off;2.5\n' 'with both decimal marks'
+wrong_table 'file;age;mass\ngood.off;41,5;950\nevil.off;42;1.200\n' 'with what may be thousands beside decimal commas'
+like "$(json .detail)" '"1[.]200" of column mass can be two numbers, since column age has "41,5"' 'which are named'
+wrong_table 'file\tage\tmass\ngood.off\t41.5\t950\nevil.off\t42\t1,200\n' 'or beside decimal points'
+table 'file;age;mass\ngood.off;41,5;0.125\nevil.off;42;1.5\n'
+import '?cohort=marks&partial=true' "$SCRATCH/table.zip"
+is "$STATUS $(json '[.summary.columns[] | .kind] | tojson')" '201 ["text","number","number"]' 'while 0.125 is no thousand'
 wrong_table 'file,age\ngood.off,1\nevil.off,1e999\n' 'with a number that is too large'
 like "$(json .detail)" 'line 3, column age: the number 1e999' 'with its line and column'
 wrong_table 'file,age,Age\ngood.off,1,2\nevil.off,2,3\n' 'with two columns of one name'
