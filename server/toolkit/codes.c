@@ -14,10 +14,21 @@ static const double codes[] = {-9.0,    -77.0,   -88.0,    -99.0,    -777.0,   -
                                9999.0,  99999.0, 999999.0, -99999.0, -999999.0};
 #define CODES (sizeof codes / sizeof codes[0])
 
+/* What is also measured or counted, and what spreadsheets make of empty cells: one of these is a
+   code only where few have it, and where the others lie far above it. */
+static const double soft_codes[] = {0.0, -1.0};
+#define SOFT_CODES (sizeof soft_codes / sizeof soft_codes[0])
+#define SOFT_SHARE 5 /* at most one of so many members has it */
+
+static bool is_same(double a, double b)
+{
+    return !(a < b) && !(a > b);
+}
+
 static bool is_code(double value)
 {
     for (size_t k = 0; k < CODES; k++) {
-        if (!(value < codes[k]) && !(value > codes[k])) {
+        if (is_same(value, codes[k])) {
             return true;
         }
     }
@@ -36,7 +47,7 @@ static bool is_apart(const struct code *code, double scatter)
                                       : code->value - code->highest > span;
 }
 
-/* How the values that are no codes lie; how many they are. */
+/* How the values that are no codes, and are not the value of this one, lie; how many they are. */
 static size_t describe(size_t n, const double *values, double *scratch, struct code *code,
                        double *scatter)
 {
@@ -44,7 +55,7 @@ static size_t describe(size_t n, const double *values, double *scratch, struct c
     double middle;
 
     for (size_t i = 0; i < n; i++) {
-        if (!is_code(values[i])) {
+        if (!is_code(values[i]) && !is_same(values[i], code->value)) {
             scratch[count++] = values[i];
         }
     }
@@ -61,9 +72,39 @@ static size_t describe(size_t n, const double *values, double *scratch, struct c
     return count;
 }
 
+static void count_members(size_t n, const double *values, struct code *code)
+{
+    code->members = 0;
+    for (size_t i = n; i-- > 0;) {
+        if (is_same(values[i], code->value)) {
+            code->members++;
+            code->first = i;
+        }
+    }
+}
+
+/* The soft code that most have, where there is one. */
+static void find_soft(size_t n, const double *values, double *scratch, struct code *found)
+{
+    for (size_t k = 0; k < SOFT_CODES; k++) {
+        struct code code = {.value = soft_codes[k]};
+        double scatter = 0.0, span;
+
+        count_members(n, values, &code);
+        if (code.members <= found->members || code.members * SOFT_SHARE > n ||
+            describe(n, values, scratch, &code, &scatter) < OTHERS_MIN) {
+            continue;
+        }
+        span = code.highest - code.lowest;
+        if (span > 0.0 && code.lowest - code.value > span) {
+            *found = code;
+        }
+    }
+}
+
 bool code_find(size_t n, const double *values, double *scratch, struct code *found)
 {
-    struct code code;
+    struct code code = {.value = codes[0]};
     double scatter = 0.0;
 
     *found = (struct code){.members = 0};
@@ -72,15 +113,13 @@ bool code_find(size_t n, const double *values, double *scratch, struct code *fou
     }
     for (size_t i = 0; i < n; i++) {
         code.value = values[i];
-        code.members = 0;
-        code.first = i;
-        if (!is_code(values[i]) || !is_apart(&code, scatter)) {
-            continue;
+        if (is_code(values[i]) && is_apart(&code, scatter)) {
+            count_members(n, values, &code);
+            *found = code.members > found->members ? code : *found;
         }
-        for (size_t k = 0; k < n; k++) {
-            code.members += !(values[k] < code.value) && !(values[k] > code.value);
-        }
-        *found = code.members > found->members ? code : *found;
+    }
+    if (found->members == 0) {
+        find_soft(n, values, scratch, found);
     }
     return found->members > 0;
 }

@@ -90,6 +90,14 @@ execute compare-groups '{"cohort":"codes","register":false,"permutations":9,"cov
 is "$STATUS $(json "$CODES")" '200 [["coded",4,999,2,true]]' 'whatever reads the covariate'
 like "$(json '.warnings[] | select(.code == "covariate-far") | .detail')" '^coded is 999 in 2 of 18 members, member 4 ' 'in words'
 
+# Cells that a spreadsheet left empty come as 0: no age of 0 among grown people, but a dose, a sign, a start.
+post_json /v1/cohorts "{\"name\":\"zeros\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value | .covariates += {
+    empty: (if $i == 4 or $i == 9 then 0 else 41 + $i * 5 % 17 end), less: (if $i == 6 then -1 else 30 + $i * 3 % 11 end),
+    dose: (if $i % 3 == 0 then 0 else 50 + $i end), sign: ($i % 4 / 2 | floor * 2 - 1), start: $i})' <<<"$MEMBERS")}"
+execute compare-groups '{"cohort":"zeros","register":false,"permutations":9,"covariates":["empty","less","dose","sign","start"]}'
+is "$STATUS $(json "$CODES")" '200 [["empty",4,0,2,true],["less",6,-1,1,true]]' \
+    'so are 0 and -1 where few have them and no other is near, and not where they are values as others'
+
 # Terms that others all but tell, by the variance inflation of the textbook; never of one covariate among themselves.
 post_json /v1/cohorts "{\"name\":\"collinear\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value | .covariates.year =
     2020 - .covariates.age + $i % 3)' <<<"$MEMBERS")}"
