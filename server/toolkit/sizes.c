@@ -104,13 +104,14 @@ static void tally_transfer(struct size_tally *tally, const json_t *inputs)
     }
 }
 
-/* part: of several structures the name of the one that was counted; NULL: all there is. */
-static void tell_apart(const struct size_tally *tally, const json_t *part, json_t *document)
+/* Whether two are far apart, and then that they are.
+     part  [in] of several structures the name of the one that was counted; NULL: all there is */
+static bool tell_apart(const struct size_tally *tally, const json_t *part, json_t *document)
 {
     const char *name = json_string_value(part);
 
     if (tally->n < 2 || tally->size[1] < UNITS_FACTOR * tally->size[0]) {
-        return;
+        return false;
     }
     warning_add(warnings_of(document), "mixed-units",
                 json_pack("{s:o, s:s, s:o, s:s, s:s*}", "least", json_finite(tally->size[0]),
@@ -121,14 +122,16 @@ static void tell_apart(const struct size_tally *tally, const json_t *part, json_
                 "others in metres?",
                 name ? "Part " : "", name ? name : "", name ? ": s" : "S", tally->id[1],
                 tally->size[1] / tally->size[0], tally->id[0], tally->size[1], tally->size[0]);
+    return true;
 }
 
 /* Each structure of a cohort by itself: its size is a number of its own. */
-static void tell_parts(struct store *store, const json_t *cohort, json_t *document)
+static bool tell_parts(struct store *store, const json_t *cohort, json_t *document)
 {
     const json_t *ids = json_object_get(cohort, "surfaces"), *part;
     const json_t *parts = json_object_get(cohort, "parts");
     size_t n = json_array_size(ids) / json_array_size(parts), p;
+    bool told = false;
 
     json_array_foreach(parts, p, part)
     {
@@ -137,31 +140,35 @@ static void tell_parts(struct store *store, const json_t *cohort, json_t *docume
         for (size_t i = 0; i < n; i++) {
             tally_size(&tally, json_string_value(json_array_get(ids, p * n + i)), NULL);
         }
-        tell_apart(&tally, part, document);
+        told = tell_apart(&tally, part, document) || told;
     }
+    return told;
 }
 
-/* Whether sizes count, and then that they are far apart. */
+static bool sizes_count(const json_t *inputs)
+{
+    const char *scale = json_string_value(json_object_get(inputs, "scale"));
+
+    return json_object_get(inputs, "deformed") || (scale && strcmp(scale, "shape-and-size") == 0);
+}
+
+/* Whether sizes, which count, are far apart, and then that they are. */
 static bool warn_counted(struct store *store, const json_t *inputs, json_t *document)
 {
     const json_t *cohort = json_object_get(inputs, "cohort");
-    const char *scale = json_string_value(json_object_get(inputs, "scale"));
     struct size_tally tally = {.store = store};
 
     if (json_object_get(inputs, "deformed")) {
         tally_transfer(&tally, inputs);
-    } else if (!scale || strcmp(scale, "shape-and-size") != 0) {
-        return false;
     } else if (json_array_size(json_object_get(cohort, "parts")) > 0) {
-        tell_parts(store, cohort, document);
+        return tell_parts(store, cohort, document);
     } else {
         inputs_each(inputs, true, tally_size, &tally);
     }
-    tell_apart(&tally, NULL, document);
-    return true;
+    return tell_apart(&tally, NULL, document);
 }
 
-/* ---- Sizes that do not ----------------------------------------------------------------------- */
+/* ---- Sizes of groups ------------------------------------------------------------------------- */
 
 static double middle_of(size_t n, const double *sorted)
 {
@@ -195,6 +202,7 @@ struct sizes {
     double *values;      /* [n] 0: not known */
     double *sorted;      /* [n] of scratch */
     const json_t *parts; /* names of the structures, part after part; NULL: one */
+    bool count;          /* as well as shapes */
 };
 
 /* "Part amygdala: ", or nothing. */
@@ -255,10 +263,12 @@ static void warn_classes(const struct sizes *s, size_t part, size_t n, json_t *d
         warnings_of(document), "mixed-units", figures,
         "%sSizes fall into two classes: those of %zu of %zu members, member %zu (%s) first, "
         "are %.3g times %s than those of the others (medians of roots of areas). Are they "
-        "in another unit, as centimetres among millimetres, or of another structure? Where "
-        "sizes do not count a unit changes no distance of shapes, and a structure does.",
+        "in another unit, as centimetres among millimetres, or of another structure? %s",
         name, few, count, first - from, json_string_value(json_array_get(s->ids, first)), ratio,
-        below ? "smaller" : "larger");
+        below ? "smaller" : "larger",
+        s->count ? "Sizes count here, and decide what is found."
+                 : "Where sizes do not count a unit changes no distance of shapes, and a structure "
+                   "does.");
 }
 
 /* Structures of which one is far larger than another, where their distances from each other count
@@ -374,14 +384,16 @@ static json_t *parts_of(const json_t *inputs, const json_t *surfaces)
 void units_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
 {
     const json_t *surfaces = json_object_get(json_object_get(inputs, "cohort"), "surfaces");
-    struct sizes s = {.store = jobs_run_store(run)};
+    struct sizes s = {.store = jobs_run_store(run), .count = sizes_count(inputs)};
     json_t *parts;
     size_t n_parts;
 
-    if (warn_counted(s.store, inputs, document)) {
+    if (s.count && warn_counted(s.store, inputs, document)) {
         return;
     }
-    warn_beside(s.store, inputs, document);
+    if (!s.count) {
+        warn_beside(s.store, inputs, document);
+    }
     s.ids = surfaces ? surfaces : json_object_get(inputs, "surfaces");
     s.n = json_array_size(s.ids);
     s.parts = parts = parts_of(inputs, s.ids);
