@@ -47,6 +47,13 @@ static void lease_clear(struct lease *lease)
 
 /* ---- Requests that are sent again ------------------------------------------------------------ */
 
+/* Whether the service is not there now: it is full or ends, or a proxy says that for it. */
+static bool is_absent(const struct link_answer *answer)
+{
+    return answer->status == 0 || answer->status == 408 ||
+           (answer->status >= 502 && answer->status <= 504);
+}
+
 /* Until there is an answer, or patience is over. */
 static void send(struct worker_slot *slot, const struct link_request *request,
                  struct link_answer *answer)
@@ -58,7 +65,7 @@ static void send(struct worker_slot *slot, const struct link_request *request,
         bool told = pause > 0.1;
 
         link_send(slot->link, request, answer);
-        if (answer->status != 0 && answer->status != 408 && answer->status != 503) {
+        if (!is_absent(answer)) {
             return;
         }
         if ((request->stops && atomic_load(&worker->draining)) || atomic_load(&worker->hurried)) {
@@ -79,16 +86,24 @@ static void send(struct worker_slot *slot, const struct link_request *request,
     }
 }
 
-/* The sentence of a problem, or the status alone. */
-static void problem_of(const struct link_answer *answer, char text[400])
+/* The sentence of a problem; false: the answer is not one of srnfd, and the text says so. */
+static bool problem_of(const struct link_answer *answer, char text[400])
 {
     json_t *document =
         answer->bytes ? json_loadb((const char *)answer->bytes, answer->size, 0, NULL) : NULL;
     const char *code = json_string_value(json_object_get(document, "code"));
     const char *detail = json_string_value(json_object_get(document, "detail"));
 
-    (void)snprintf(text, 400, "%ld %s: %s", answer->status, code ? code : "", detail ? detail : "");
+    if (code) {
+        (void)snprintf(text, 400, "%ld %s: %s", answer->status, code, detail ? detail : "");
+    } else {
+        (void)snprintf(text, 400,
+                       "%ld, and nothing that srnfd answers: look at what --server names, and at "
+                       "what is between",
+                       answer->status);
+    }
     json_decref(document);
+    return code != NULL;
 }
 
 /* ---- Leasing --------------------------------------------------------------------------------- */
@@ -188,12 +203,14 @@ static bool ask(struct worker_slot *slot, struct lease *lease)
             lease_clear(lease);
             worker_give_up(worker, WORKER_REFUSED, "the service answers with no lease");
         }
-    } else if (answer.status >= 400 && answer.status < 500 && answer.status != 408 &&
-               answer.status != 429) {
-        problem_of(&answer, text);
-        worker_give_up(worker, WORKER_REFUSED, text);
     } else if (answer.status != 204 && answer.status != 0) {
-        worker_sleep(1.0, &worker->draining);
+        bool ours = problem_of(&answer, text);
+
+        if (answer.status == 408 || answer.status == 429 || (ours && answer.status >= 500)) {
+            worker_sleep(1.0, &worker->draining);
+        } else {
+            worker_give_up(worker, WORKER_REFUSED, text);
+        }
     }
     link_answer_clear(&answer);
     return leased;

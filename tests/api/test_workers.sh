@@ -328,6 +328,15 @@ like "$(cat "$SCRATCH/refused")" 'token-required' 'and says why'
 "$SRNFD" worker --server http://192.0.2.1:8080 2>"$SCRATCH/refused"
 is "$?" 2 'clear text beyond this machine is refused'
 like "$(cat "$SCRATCH/refused")" 'https' 'and the worker says so'
+/usr/bin/python3 tests/api/link_server.py "$SCRATCH" "$SCRATCH/asked" >"$SCRATCH/port" &
+SERVER_PIDS+=("$!") # ended with the script
+for _ in $(seq 100); do
+    [ -s "$SCRATCH/port" ] && break
+    sleep 0.05
+done
+"$SRNFD" worker --server "http://127.0.0.1:$(cat "$SCRATCH/port")" --slots 1 --idle-seconds 5 2>"$SCRATCH/refused"
+is "$?" 3 'a worker that is sent to another service ends, and not as if there were no tasks'
+like "$(cat "$SCRATCH/refused")" '501, and nothing that srnfd answers: look at what --server names' 'and says why'
 start_worker --token-file "$SCRATCH/token" --idle-seconds 1
 wait_server "$WORKER_PID" 20
 is "$SERVER_STATUS" 0 'a worker with its token is served'
