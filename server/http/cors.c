@@ -17,11 +17,12 @@
 #define PREFLIGHT_SECONDS 600 /* that a browser may keep the answer to a preflight */
 
 static const char request_headers[] =
-    "Authorization, Content-Type, Prefer, Idempotency-Key, If-None-Match, Last-Event-ID, "
-    "X-Request-Id, traceparent";
+    "Authorization, Content-Type, Prefer, Idempotency-Key, If-Match, If-None-Match, If-Range, "
+    "Range, Last-Event-ID, X-Request-Id, traceparent";
 static const char response_headers[] =
     "Location, Link, ETag, Retry-After, Preference-Applied, Cache-Status, Content-Disposition, "
-    "WWW-Authenticate, X-Request-Id, Server-Timing";
+    "Accept-Ranges, Content-Range, WWW-Authenticate, X-Request-Id, Server-Timing, "
+    "Srnfd-Relative-Energy, Srnfd-Offset, Srnfd-Deleted";
 
 bool cors_allows(const struct http *http, const char *origin)
 {

@@ -317,12 +317,16 @@ as "$ROOT" post "/v1/jobs/$(json '.jobs[0].id')/cancel"
 
 get /healthz --header 'Origin: https://app.example'
 is "$(header Access-Control-Allow-Origin)" https://app.example 'a page of an allowed origin may read'
+for name in ETag Content-Range Srnfd-Relative-Energy Srnfd-Offset Srnfd-Deleted; do
+    like "$(header Access-Control-Expose-Headers), " "(^| )$name, " "and its scripts see $name"
+done
 is "$(header Vary)" Origin 'and caches are told'
 request OPTIONS /v1/meshes --header 'Origin: https://b.example:8443' --header 'Access-Control-Request-Method: POST' \
     --header 'Access-Control-Request-Headers: authorization'
 is "$STATUS $(header Access-Control-Allow-Origin)" '204 https://b.example:8443' 'a preflight'
 like "$(header Access-Control-Allow-Methods)" 'POST' 'names the methods'
 like "$(header Access-Control-Allow-Headers)" 'Authorization' 'and the headers'
+like "$(header Access-Control-Allow-Headers)" 'If-Match, If-None-Match, If-Range, Range' 'those of conditions and parts too'
 is "$(header Access-Control-Allow-Credentials)" '' 'and no credentials'
 for origin in https://evil.example http://app.example https://app.example:8443 https://app.example.evil null; do
     get /healthz --header "Origin: $origin"
