@@ -47,6 +47,21 @@ static const char *way_out(const struct api_call *call)
     return "";
 }
 
+/* What makes a whole file look damaged: the type of curl -d, and a body without the line ends that
+   it takes out. */
+static const char *line_ends(const struct api_call *call)
+{
+    const char *type = api_request_header(call->request, "Content-Type");
+    const void *body = call->request->body;
+    size_t size = call->request->body_size;
+    bool form = type && strncmp(type, "application/x-www-form-urlencoded", 33) == 0;
+
+    return form && !memchr(body, '\n', size) && !memchr(body, '\r', size)
+               ? "; the body has no line ends: curl -d takes them out, and --data-binary sends a "
+                 "file as it is"
+               : "";
+}
+
 /* The format asked for by ?format= or Content-Type, or sniffed. False when a problem was answered.
  */
 static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
@@ -87,7 +102,8 @@ static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
                            &none, NULL, &error) == SRNF_OK) {
             srnf_mesh_clear(&none);
         }
-        (void)problem_respond(call, "unparsable-mesh", "%s%s.", error.message, way_out(call));
+        (void)problem_respond(call, "unparsable-mesh", "%s%s%s.", error.message, way_out(call),
+                              line_ends(call));
         return false;
     }
     return true;
@@ -142,16 +158,16 @@ static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, stru
         const char *code = status == SRNF_ENOMEM ? "out-of-memory" : "unparsable-mesh";
 
         if (status == SRNF_EFORMAT) {
-            (void)problem_respond(call, code, "%s (as %s)%s.", error.message, row->format,
-                                  way_out(call));
+            (void)problem_respond(call, code, "%s (as %s)%s%s.", error.message, row->format,
+                                  way_out(call), line_ends(call));
         } else if (error.element >= 0) {
-            (void)problem_respond(call, code, "%s (as %s, at byte, line or element %lld).",
+            (void)problem_respond(call, code, "%s (as %s, at byte, line or element %lld)%s.",
                                   error.message[0] ? error.message : srnf_strerror(status),
-                                  row->format, (long long)error.element);
+                                  row->format, (long long)error.element, line_ends(call));
         } else {
-            (void)problem_respond(call, code, "%s (as %s).",
+            (void)problem_respond(call, code, "%s (as %s)%s.",
                                   error.message[0] ? error.message : srnf_strerror(status),
-                                  row->format);
+                                  row->format, line_ends(call));
         }
         return false;
     }

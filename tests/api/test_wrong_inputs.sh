@@ -136,6 +136,9 @@ refused 'an HTML page' '' 422 unparsable-mesh 'web page' --data-binary "@$MESHES
 refused 'an HTML page that says so' '' 415 unsupported-media-type 'text/html' \
     -H 'Content-Type: text/html' --data-binary "@$MESHES/page.html"
 refused 'an empty body' '' 422 unparsable-mesh 'empty' --data-binary "@$MESHES/empty"
+printf 'OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n' >"$MESHES/whole.off"
+refused 'a file that curl -d has made one line' '' 422 unparsable-mesh '; the body has no line ends: curl -d takes them out' \
+    --data "@$MESHES/whole.off"
 refused 'noise' '' 422 unparsable-mesh 'format' --data-binary "@$MESHES/noise.bin"
 for format in ply off obj stl vtk gii freesurfer; do
     refused "a truncated $format" "?format=$format" 422 unparsable-mesh '[0-9]|end|truncated' \
