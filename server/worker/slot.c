@@ -119,6 +119,12 @@ static bool copy_text(const json_t *document, const char *member, char *text, si
     return true;
 }
 
+/* Whether it can stand in a path or a header as it is. */
+static bool is_word(const char *text)
+{
+    return text[0] && strspn(text, "0123456789abcdefghijklmnopqrstuvwxyz-") == strlen(text);
+}
+
 static bool read_inputs(const char *text, struct tasks_bytes *inputs)
 {
     size_t most = strlen(text) / 4 * 3 + 3;
@@ -142,7 +148,8 @@ static bool read_lease(const struct link_answer *answer, struct lease *lease)
     *lease = (struct lease){.kind = kind ? tasks_kind_find(kind) : NULL};
     lease->seconds = json_number_value(json_object_get(document, "expiresInSeconds"));
     good = copy_text(document, "task", lease->task, sizeof lease->task) &&
-           copy_text(document, "secret", lease->secret, sizeof lease->secret) && inputs &&
+           copy_text(document, "secret", lease->secret, sizeof lease->secret) &&
+           is_word(lease->task) && is_word(lease->secret) && inputs &&
            count <= TASKS_CONTENTS_MAX && read_inputs(inputs, &lease->inputs);
     if (good) {
         lease->contents = calloc(count + 1, sizeof *lease->contents);
@@ -154,7 +161,7 @@ static bool read_lease(const struct link_answer *answer, struct lease *lease)
     {
         const char *text = json_string_value(digest);
 
-        good = good && text && strlen(text) == TASKS_DIGEST_SIZE - 1;
+        good = good && text && strlen(text) == TASKS_DIGEST_SIZE - 1 && is_word(text);
         if (good) {
             memcpy(lease->contents[i].digest, text, TASKS_DIGEST_SIZE);
         }
