@@ -150,8 +150,8 @@ $(O)/%.o: %.c
 # the files that inversions and registrations spend most of their time in.
 AVX2 := $(shell grep -w avx2 /proc/cpuinfo 2>/dev/null | grep -w fma | grep -qw bmi2 && echo -march=x86-64-v3)
 HOT_asan := -O3 $(AVX2)
-HOT := harmonics/% linear/vector srnf/pointwise registration/start registration/tabulated_load \
-       registration/tabulated_moving registration/tabulated_step
+HOT := harmonics/% linear/vector srnf/pointwise registration/objective registration/start \
+       registration/tabulated_load registration/tabulated_moving registration/tabulated_step
 $(patsubst %,$(O)/core/%.o,$(HOT)): CFLAGS += $(HOT_$(CONFIG))
 # Each is unrolled by hand for three orders of splines: at -O3 it is no faster, and takes longer to compile.
 $(O)/core/registration/tabulated_step.o $(O)/core/registration/tabulated_load.o: HOT_asan += -O2

@@ -11,6 +11,7 @@
 #include "registration.h"
 
 #include <math.h>
+#include <string.h>
 
 double registration_closest_rotation(const double b[9], double rotation[9])
 {
@@ -52,19 +53,18 @@ static void set_identity(double m[9])
 static void moments(const struct target *t, const struct warp *warp, const double *a,
                     const double *b, double out[9])
 {
-    set_identity(out);
-    for (size_t i = 0; i < 9; i++) {
-        out[i] = 0.0;
-    }
+    double sums[9] = {0.0}; /* of constant size: registers */
+
     for (size_t i = 0; i < t->n; i++) {
         double w = t->weight[i] * sqrt(warp->jacobian[i]);
+        const double from[3] = {w * a[3 * i], w * a[3 * i + 1], w * a[3 * i + 2]};
+        const double to[3] = {b[3 * i], b[3 * i + 1], b[3 * i + 2]};
 
-        for (size_t r = 0; r < 3; r++) {
-            for (size_t c = 0; c < 3; c++) {
-                out[3 * r + c] += w * a[3 * i + r] * b[3 * i + c];
-            }
+        for (size_t k = 0; k < 9; k++) {
+            sums[k] += from[k / 3] * to[k % 3];
         }
     }
+    memcpy(out, sums, sizeof sums);
 }
 
 /* sum of weight |a - O sqrt(J) b|^2 */
@@ -116,12 +116,16 @@ void registration_measure(const struct problem *problem, struct warp *warp,
     const struct target *t = &problem->target;
     double b[9];
 
-    set_identity(displacement_rotation);
     if (problem->free_rotation) {
         moments(t, warp, t->q, samples->q, b);
         (void)registration_closest_rotation(b, warp->rotation);
-        moments(t, warp, target_reference(t), warp->points, b);
-        (void)registration_closest_rotation(b, displacement_rotation);
+    }
+    if (displacement_rotation) {
+        set_identity(displacement_rotation);
+        if (problem->free_rotation) {
+            moments(t, warp, target_reference(t), warp->points, b);
+            (void)registration_closest_rotation(b, displacement_rotation);
+        }
     }
     warp->energy = residual_norm2(t, warp, t->q, samples->q, warp->rotation) / t->norm2;
     warp->objective = warp->energy;

@@ -171,7 +171,7 @@ struct problem {
 };
 
 /* Sets rotation (unless fixed), energy and objective; fills samples. displacement_rotation: O' of
-   the penalty. */
+   the penalty; NULL where displacements cost nothing. */
 void registration_objective(const struct problem *problem, struct warp *warp,
                             struct samples *samples, double displacement_rotation[9]);
 /* The same with the samples as they are. */

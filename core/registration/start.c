@@ -42,57 +42,98 @@ static void rotate_by(const double omega[3], double m[9])
     (void)registration_closest_rotation(product, m);
 }
 
-/* Normal equations of the six unknowns; a: column-major 6 x 6. */
+/* The three columns of the domain's rotation at one node. */
+static void domain_columns(const struct samples *s, size_t i, const double *p, double columns[3][3])
+{
+    const double *t1 = s->t1 + 3 * i, *t2 = s->t2 + 3 * i;
+    const double *q_1 = s->q_1 + 3 * i, *q_2 = s->q_2 + 3 * i;
+
+    for (size_t j = 0; j < 3; j++) {
+        size_t u = (j + 1) % 3;
+        size_t v = (j + 2) % 3;
+        /* e_j x p has -p_v at u and p_u at v. */
+        double w_1 = t1[v] * p[u] - t1[u] * p[v];
+        double w_2 = t2[v] * p[u] - t2[u] * p[v];
+
+        for (size_t k = 0; k < 3; k++) {
+            columns[j][k] = w_1 * q_1[k] + w_2 * q_2[k];
+        }
+    }
+}
+
+static double dot(double sum, const double a[3], const double b[3])
+{
+    return sum + a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* sum + <a, e_l x q> */
+static double cross_dot(double sum, size_t l, const double a[3], const double q[3])
+{
+    return l == 0   ? sum - a[1] * q[2] + a[2] * q[1]
+           : l == 1 ? sum + a[0] * q[2] - a[2] * q[0]
+                    : sum - a[0] * q[1] + a[1] * q[0];
+}
+
+/* Sums of the normal equations: arrays of constant size, which become registers. */
+struct normal_sums {
+    double domain[3][3], mixed[3][3]; /* of the domain's rotation, and of both */
+    double space[6];                  /* of the rotation in space, column by column */
+    double rhs[6];
+};
+
+static void add_node(struct normal_sums *sums, double weight, const double columns[3][3],
+                     const double q[3], const double y[3])
+{
+    const double moved[3] = {weight * q[0], weight * q[1], weight * q[2]};
+
+    for (size_t j = 0; j < 3; j++) {
+        const double scaled[3] = {weight * columns[j][0], weight * columns[j][1],
+                                  weight * columns[j][2]};
+
+        sums->rhs[j] = dot(sums->rhs[j], scaled, y);
+        sums->rhs[3 + j] = cross_dot(sums->rhs[3 + j], j, y, moved);
+        for (size_t l = j; l < 3; l++) {
+            sums->domain[j][l] = dot(sums->domain[j][l], scaled, columns[l]);
+        }
+        for (size_t l = 0; l < 3; l++) {
+            sums->mixed[j][l] = cross_dot(sums->mixed[j][l], l, scaled, q);
+        }
+    }
+    sums->space[0] = sums->space[0] + moved[2] * q[2] + moved[1] * q[1];
+    sums->space[1] -= moved[1] * q[0];
+    sums->space[2] -= moved[2] * q[0];
+    sums->space[3] = sums->space[3] + moved[2] * q[2] + moved[0] * q[0];
+    sums->space[4] -= moved[2] * q[1];
+    sums->space[5] = sums->space[5] + moved[1] * q[1] + moved[0] * q[0];
+}
+
+/* Normal equations of the six unknowns; a: column-major 6 x 6, its lower triangle. */
 static void normal_equations(const struct problem *problem, const struct warp *warp,
                              const struct samples *s, double a[36], double rhs[6])
 {
     const struct target *t = &problem->target;
+    struct normal_sums sums = {0};
 
-    memset(a, 0, 36 * sizeof *a);
-    memset(rhs, 0, 6 * sizeof *rhs);
     for (size_t i = 0; i < t->n; i++) {
-        const double *p = warp->points + 3 * i;
-        const double *q = s->q + 3 * i;
-        const double weight = t->weight[i] / t->norm2;
-        double columns[6][3];
-        double y[3];
+        const double q[3] = {s->q[3 * i], s->q[3 * i + 1], s->q[3 * i + 2]};
+        double columns[3][3], y[3];
 
+        domain_columns(s, i, warp->points + 3 * i, columns);
         for (size_t k = 0; k < 3; k++) {
             y[k] = -q[k];
             for (size_t j = 0; j < 3; j++) {
                 y[k] += warp->rotation[3 * j + k] * t->q[3 * i + j];
             }
         }
-        for (size_t j = 0; j < 3; j++) {
-            size_t u = (j + 1) % 3;
-            size_t v = (j + 2) % 3;
-            /* e_j x p has -p_v at u and p_u at v. */
-            double w_1 = s->t1[3 * i + v] * p[u] - s->t1[3 * i + u] * p[v];
-            double w_2 = s->t2[3 * i + v] * p[u] - s->t2[3 * i + u] * p[v];
-
-            for (size_t k = 0; k < 3; k++) {
-                columns[j][k] = w_1 * s->q_1[3 * i + k] + w_2 * s->q_2[3 * i + k];
-                columns[3 + j][k] = 0.0;
-            }
-            columns[3 + j][u] = -q[v];
-            columns[3 + j][v] = q[u];
-        }
-        for (size_t j = 0; j < 6; j++) {
-            double scaled[3];
-
-            for (size_t k = 0; k < 3; k++) {
-                scaled[k] = weight * columns[j][k];
-                rhs[j] += scaled[k] * y[k];
-            }
-            for (size_t l = 0; l < 6; l++) {
-                double sum = a[6 * j + l];
-
-                for (size_t k = 0; k < 3; k++) {
-                    sum += scaled[k] * columns[l][k];
-                }
-                a[6 * j + l] = sum;
-            }
-        }
+        add_node(&sums, t->weight[i] / t->norm2, columns, q, y);
+    }
+    memset(a, 0, 36 * sizeof *a);
+    memcpy(rhs, sums.rhs, sizeof sums.rhs);
+    for (size_t j = 0, next = 0; j < 3; j++) {
+        memcpy(a + 7 * j, sums.domain[j] + j, (3 - j) * sizeof(double));
+        memcpy(a + 6 * j + 3, sums.mixed[j], sizeof sums.mixed[j]);
+        memcpy(a + 7 * (3 + j), sums.space + next, (3 - j) * sizeof(double));
+        next += 3 - j;
     }
 }
 
@@ -136,10 +177,9 @@ static double domain_curvature(const double a[36])
 static int place(const struct problem *problem, const double rotation[9], struct warp *warp,
                  struct samples *samples)
 {
-    double ignored[9];
     int status = warp_rotate(warp, &problem->target, rotation);
 
-    registration_objective(problem, warp, samples, ignored);
+    registration_objective(problem, warp, samples, NULL);
     return status;
 }
 

@@ -89,6 +89,14 @@ int tabulated_moving_create(struct tabulated_moving *m, enum srnf_representation
     return status;
 }
 
+/* One of three components. */
+static void interleave(size_t n, const double *values, double *out)
+{
+    for (size_t i = 0; i < n; i++) {
+        out[3 * i] = values[i];
+    }
+}
+
 void tabulated_sample(const struct tabulated_moving *m, const double *points, struct samples *out)
 {
     double arrays[CLOUD_ARRAYS * BLOCK] = {0.0};
@@ -119,10 +127,10 @@ void tabulated_sample(const struct tabulated_moving *m, const double *points, st
             }
         }
         cloud_evaluate(m, &cloud);
-        for (size_t i = 0; i < 3 * n; i++) {
-            out->q[3 * first + i] = cloud.q[i % 3][i / 3];
-            out->q_1[3 * first + i] = cloud.q_1[i % 3][i / 3];
-            out->q_2[3 * first + i] = cloud.q_2[i % 3][i / 3];
+        for (size_t c = 0; c < 3; c++) {
+            interleave(n, cloud.q[c], out->q + 3 * first + c);
+            interleave(n, cloud.q_1[c], out->q_1 + 3 * first + c);
+            interleave(n, cloud.q_2[c], out->q_2 + 3 * first + c);
         }
     }
 }
