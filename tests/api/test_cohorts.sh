@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # test_cohorts.sh - cohorts as resources: made, read, listed and removed; what is refused, and why.
+# srnfd-test: once (what is refused does not depend on the build)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -2,6 +2,7 @@
 # GET /v1/events: all jobs of a caller in one stream; what a client that comes back is told; whose jobs they are; and
 # how many streams a token may have.
 # srnfd-test: waits
+# srnfd-test: once (what is told does not depend on the build)
 . "$(dirname "$0")/../support/lib.sh"
 
 DATA=$SCRATCH/data

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # test_lists.sh - lists: found by name, tag, process, status, cohort, mesh and time, sorted, counted, and paged
 # through in one order.
+# srnfd-test: once (what is listed does not depend on the build)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # What a monitor sees: /metrics in the text format of Prometheus, checked line by line by a strict parser;
 # /readyz and what makes it say no; lines of the log for refusals; request ids and traceparent.
+# srnfd-test: once (what is counted does not depend on the build)
 . "$(dirname "$0")/../support/lib.sh"
 
 start_server "$SCRATCH/data" --workers 1 --max-queued 2 || exit 1

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # test_names.sh - names and tags of meshes, volumes, surfaces, models and jobs: given, changed, taken away, each owner's own.
+# srnfd-test: once (names and tags do not depend on the build)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

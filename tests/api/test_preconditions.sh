@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # test_preconditions.sh - If-Match and If-None-Match of requests that change something: 412 before the change
 # (RFC 9110, 13.2.2), for everything that has an entity tag.
+# srnfd-test: once (what is changed does not depend on the build)
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
