@@ -161,6 +161,8 @@ $(O)/core/registration/tabulated_step.o $(O)/core/registration/tabulated_load.o:
 $(patsubst %.c,$(O)/%.o,$(TEST_SRC)): CFLAGS += $(TEST_OPT_$(CONFIG))
 TEST_OPT_release := -O1 -g1
 TEST_OPT_asan    := -O0
+# But for two that compute by themselves what they compare with.
+$(O)/tests/core/mesh/test_crossings.o $(O)/tests/core/stats/test_measured.o: TEST_OPT_asan := -O2
 # So does the server, which the sanitizers' tests hardly wait for: JSON, SQLite and curl are not sanitized, and what is
 # computed is the core.
 $(O)/server/%.o: CFLAGS += $(SERVER_OPT_$(CONFIG))
