@@ -14,7 +14,7 @@
 LMAX=4
 TINY=100000 # bytes: less than the warp of one member
 
-# Twenty-four surfaces between the left and the right thalamus.
+# Fourteen surfaces between the left and the right thalamus.
 prepare() {
     local ends=() side
     for side in L R; do
@@ -22,7 +22,7 @@ prepare() {
         execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX}"
         ends+=("$(json .surface.id)")
     done
-    execute geodesic "{\"from\":\"${ends[0]}\",\"to\":\"${ends[1]}\",\"steps\":24,\"register\":false}"
+    execute geodesic "{\"from\":\"${ends[0]}\",\"to\":\"${ends[1]}\",\"steps\":14,\"register\":false}"
     post_json /v1/cohorts "$(jq -c '{name: "between", members: [.surfaces[] | {id: .id}]}' "$BODY")"
     is "$STATUS" 201 'a cohort of surfaces'
 }
