@@ -115,7 +115,7 @@ in_unit() { # SURFACE-AS-OBJ MILLIMETRES: the mesh with coordinates so many time
 }
 for i in 0 1; do
     run encode "{\"mesh\":\"${MESH[i]}\",\"lmax\":6,\"parameterization\":\"area\",\"scale\":\"none\"}"
-    curl -s "$URL/v1/surfaces/$(json .surface.id)/mesh?format=obj" >"$SCRATCH/millimetres.obj"
+    curl -s "$URL/v1/surfaces/$(json .surface.id)/mesh?format=obj&resolution=12" >"$SCRATCH/millimetres.obj"
     METRES+=("$(in_unit "$SCRATCH/millimetres.obj" 1000)")
     [ "$i" -eq 1 ] || LONGER=("$(in_unit "$SCRATCH/millimetres.obj" 5.9)" "$(in_unit "$SCRATCH/millimetres.obj" 5.5)")
 done

@@ -209,7 +209,7 @@ UNITS=()
 for side in L R; do
     for name in thalamus putamen; do
         run encode "{\"mesh\":\"$(curl -s "$URL/v1/surfaces/${SURFACE[${side}_$name]}" | jq -r .source.mesh)\",\"lmax\":6,\"scale\":\"none\"}"
-        curl -s "$URL/v1/surfaces/$(json .surface.id)/mesh?format=obj" |
+        curl -s "$URL/v1/surfaces/$(json .surface.id)/mesh?format=obj&resolution=12" |
             awk -v by="$([ $name = putamen ] && echo 10 || echo 1)" '/^v / {printf "v %.9g %.9g %.9g\n", $2 / by, $3 / by, $4 / by; next} /^f/' >"$SCRATCH/unit.obj"
         post '/v1/meshes?format=obj' --data-binary "@$SCRATCH/unit.obj"
         run encode "{\"mesh\":\"$(json .id)\",\"lmax\":6}"

@@ -153,7 +153,7 @@ is "$(json '[.predictions[] | [.warnings[] | select(.code == "extrapolated" and 
 
 # Meshes of six subjects, whose second part is twenty times as large as their first; of one a hundred times that.
 scaled() { # SUBJECT PART FACTOR: the id of a mesh
-    get "/v1/surfaces/$(parts_of "$1" | jq -r ".$2")/mesh?format=obj"
+    get "/v1/surfaces/$(parts_of "$1" | jq -r ".$2")/mesh?format=obj&resolution=12"
     awk -v by="$3" '/^v / {printf "v %.9g %.9g %.9g\n", by * $2, by * $3, by * $4; next} /^f/' "$BODY" >"$SCRATCH/scaled.obj"
     post '/v1/meshes?format=obj' --data-binary "@$SCRATCH/scaled.obj"
     json .id
