@@ -83,6 +83,16 @@ async function main() {
         await waitText(page, 'A table has a column file');
     });
 
+    await step('whoever goes to a page by keys or a link is at its heading, also where it comes later', async () => {
+        await visit(page, '#/');
+        await page.reload();
+        await page.waitForSelector('.drop');
+        const at = (title) => page.waitForFunction((text) => document.activeElement.tagName === 'H1' && document.activeElement.textContent === text, {}, title);
+        for (const key of ['g', 'c']) await page.keyboard.press(key);
+        await at('Cohorts');
+        await page.evaluate(() => { location.hash = '#/cohorts/sides'; });
+        await at('sides');
+    });
     await step('the form of a process starts it', async () => {
         await visit(page, '#/analyses/pca?cohort=sides');
         await page.waitForSelector('#in-cohort');

@@ -8,7 +8,7 @@ import type { Route } from './router';
 import { Settings } from './settings';
 import { connection, jobs, isActive, notice, refreshJobs, useValue, whoCalls } from './state';
 import { Tray } from './tray';
-import { Page, later } from './ui';
+import { Page, arrive, later } from './ui';
 
 const Meshes = later(() => import('./meshes').then((m) => m.Meshes));
 const MeshPage = later<{ id: string }>(() => import('./meshes').then((m) => m.MeshPage));
@@ -111,7 +111,7 @@ function App() {
     useKeys(help);
     const address = route.path.join('/');
     useEffect(() => {
-        if (!first.current) document.querySelector<HTMLElement>('main h1')?.focus({ preventScroll: true });
+        if (!first.current) arrive();
         begin();
         first.current = false;
     }, [address]);

@@ -29,10 +29,17 @@ import { Within } from './within';
 
 function Warnings({ list }: { list?: { code: string; detail: string }[] }) {
     if (!list?.length) return null;
+    // Fifty poor encodings are one reason: what was found is not to be below all of them.
+    const kinds = new Map<string, string[]>();
+    for (const { code, detail } of list) kinds.set(code, [...(kinds.get(code) ?? []), detail]);
     return (
         <section class="warning" aria-label={t`Warnings`}>
             <strong>{t`Reasons to doubt`}</strong>
-            <ul>{list.map((w) => <li><code>{w.code}</code> {w.detail}</li>)}</ul>
+            <ul>{[...kinds].map(([code, [first, ...others]]) => (
+                <li><code>{code}</code> {first}
+                    {others.length > 0 && <details><summary>{t`${others.length} more of this kind`}</summary><ul>{others.map((detail) => <li>{detail}</li>)}</ul></details>}
+                </li>
+            ))}</ul>
         </section>
     );
 }

@@ -89,16 +89,31 @@ export function later<P extends object>(load: () => Promise<ComponentType<P>>): 
     };
 }
 
+/** A page was gone to whose heading is not there yet. */
+let awaited = false;
+
+/** The focus goes to the heading of a page that was gone to, as soon as there is one. */
+export function arrive(): void {
+    const heading = document.querySelector<HTMLElement>('main h1');
+    heading?.focus({ preventScroll: true });
+    awaited = !heading || heading.ariaBusy === 'true';
+}
+
 export function Page({ title, actions, children }: {
     title: string; actions?: ComponentChildren; children: ComponentChildren;
 }) {
+    const heading = useRef<HTMLHeadingElement>(null);
+    useEffect(() => {
+        if (awaited && [null, document.body].includes(document.activeElement as HTMLElement | null)) heading.current?.focus({ preventScroll: true });
+        awaited = false;
+    }, []);
     useEffect(() => {
         document.title = `${title} – srnfd`;
     }, [title]);
     return (
         <>
             <header class="page-head">
-                <h1 tabIndex={-1}>{title}</h1>
+                <h1 tabIndex={-1} ref={heading}>{title}</h1>
                 <div class="actions">{actions}</div>
             </header>
             {children}
