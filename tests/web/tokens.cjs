@@ -69,6 +69,15 @@ async function main() {
         await page.reload();
         await waitText(page, '2 members');
     });
+    await step('a link that asks for a token shows its view after it', async () => {
+        const other = await browser.newPage(); // the token is that of a tab
+        await other.goto(`${base}/ui/#/meshes?find=R_thal`);
+        await enter(other, user);
+        await waitText(other, 'R_thalamus');
+        const [address, said] = [other.url(), await text(other)];
+        await other.close();
+        return (address.endsWith('#/meshes?find=R_thal') && !said.includes('L_thalamus')) || `${address} ${said}`;
+    });
     await step('a viewer sees the same, and nothing to change it by', async () => {
         await visit(page, '#/settings');
         await press(page, 'Forget the token');
@@ -78,9 +87,9 @@ async function main() {
             await visit(page, hash);
             await page.waitForFunction(() => document.querySelector('main h1'));
             const buttons = await page.$$eval('main button, .tray button', (all) => all.map((b) => b.textContent.trim()));
-            const change = buttons.filter((b) => /Choose files|Choose a folder|Delete|New cohort|Save|Paste|Repair|Cancel|Load the example|Remove/.test(b));
+            const change = buttons.filter((b) => /Choose files|Choose a folder|Delete|New cohort|Save|Paste|Repair|Cancel|Load the example|Remove|Choose all/.test(b));
             if (change.length) return `${hash}: ${change.join(', ')}`;
-            if (await page.$('main .drop, main input.cell')) return `${hash}: something to drop on or to edit`;
+            if (await page.$('main .drop, main input.cell, main input[type=checkbox]:not([disabled])')) return `${hash}: something to drop on or to edit`;
         }
         await visit(page, '#/analyses/mean');
         await waitText(page, 'A viewer may not start analyses');

@@ -262,9 +262,11 @@ export function Components({ model }: { model: api.Model }) {
                         <button onClick={() => save('scores.csv', csv([['name', 'group', ...model.eigenvalues.map((_, i) => t`component ${i + 1}`)], ...model.scores.map((s, i) => [model.labels[i], model.groups?.[i] ?? '', ...s])]), 'text/csv;charset=utf-8')}>{t`Scores as CSV`}</button>
                         <button onClick={async () => save('model.zip', await (await api.request(`/v1/models/${model.id}/export`)).blob())}>{t`Model as zip`}</button>
                         <a class="button" href={link('shapes', model.mean.id)}>{t`The mean`}</a>
-                        <a class="button" href={`${link('analyses', 'evaluate-model')}?model=${model.id}`}>{t`Its quality`}</a>
-                        <a class="button" href={`${link('analyses', 'project')}?model=${model.id}`}>{t`A new subject`}</a>
-                        <a class="button" href={`${link('analyses', 'sample')}?model=${model.id}`}>{t`Random shapes`}</a>
+                        {mayChange() && <>
+                            <a class="button" href={`${link('analyses', 'evaluate-model')}?model=${model.id}`}>{t`Its quality`}</a>
+                            <a class="button" href={`${link('analyses', 'project')}?model=${model.id}`}>{t`A new subject`}</a>
+                            <a class="button" href={`${link('analyses', 'sample')}?model=${model.id}`}>{t`Random shapes`}</a>
+                        </>}
                     </div>
                 </div>
             </div>

@@ -236,9 +236,11 @@ export function Joint({ result, job }: { result: any; job?: api.Job }) {
                 {result.parts.map((p: any) => <a class="button" href={link('shapes', p.mean.id)}>{t`Mean of ${p.name}`}</a>)}
                 {result.model && <>
                     {job && <a class="button" href={link('models', result.model.id)}>{t`The model`}</a>}
-                    <a class="button" href={`${link('analyses', 'project')}?model=${result.model.id}`}>{t`A new subject`}</a>
-                    <a class="button" href={`${link('analyses', 'score')}?model=${result.model.id}`}>{t`Beside the norm`}</a>
-                    <a class="button" href={`${link('analyses', 'sample')}?model=${result.model.id}`}>{t`Random subjects`}</a>
+                    {mayChange() && <>
+                        <a class="button" href={`${link('analyses', 'project')}?model=${result.model.id}`}>{t`A new subject`}</a>
+                        <a class="button" href={`${link('analyses', 'score')}?model=${result.model.id}`}>{t`Beside the norm`}</a>
+                        <a class="button" href={`${link('analyses', 'sample')}?model=${result.model.id}`}>{t`Random subjects`}</a>
+                    </>}
                 </>}
             </div>
         </>

@@ -130,12 +130,12 @@ export function Meshes() {
             {items.length === 0 ? <p class="quiet">{loaded ? t`No meshes yet. Drop some above, or load the example from the start page.` : t`Loading…`}</p> : (
                 <LongTable label={t`Meshes`} items={shown} keyOf={(m) => m.id}
                     columns={[
-                        { title: t`Chosen`, hidden: true, width: '2.2rem' }, { title: t`Name`, by: (m) => m.name || m.id }, { title: t`Faces`, width: '5.5rem', by: (m) => m.faces }, { title: t`Size`, width: '5rem', by: (m) => m.bytes },
+                        ...(mayChange() ? [{ title: t`Chosen`, hidden: true, width: '2.2rem' }] : []), { title: t`Name`, by: (m) => m.name || m.id }, { title: t`Faces`, width: '5.5rem', by: (m) => m.faces }, { title: t`Size`, width: '5rem', by: (m) => m.bytes },
                         { title: t`Route`, width: '5rem', by: (m) => m.report.route }, { title: t`Star margin`, width: '8rem', by: (m) => m.report.starShaped?.margin },
                         { title: t`Fit`, width: '5rem', by: (m) => fits.get(m.id) }, { title: t`Repairs` }, { title: t`Problem`, by: (m) => m.report.problems[0]?.code }, { title: t`Repair`, hidden: true, width: '6rem' },
                     ]}
                     row={(m) => [
-                        <input type="checkbox" checked={chosen.has(m.id)} onChange={() => toggle(m.id)} aria-label={t`Choose ${m.name || m.id}`} />,
+                        ...(mayChange() ? [<input type="checkbox" checked={chosen.has(m.id)} onChange={() => toggle(m.id)} aria-label={t`Choose ${m.name || m.id}`} />] : []),
                         <a href={link('meshes', m.id)}>{m.name || m.id}</a>,
                         whole(m.faces), size(m.bytes), m.report.route ?? '–', figure(m.report.starShaped?.margin),
                         fits.has(m.id) ? `${figure(100 * fits.get(m.id)!, 2)} %` : '–',
@@ -145,7 +145,7 @@ export function Meshes() {
                     ]} />
             )}
             {items.length > 0 && <p class="quiet">{t`Route: how a mesh is mapped to the sphere. Star margin: above 0 one point inside sees all of the surface. Fit: how far the encoding is from the mesh (root mean square), as a share of its diagonal; – until it is encoded by itself.`}</p>}
-            {shown.length > 0 && (
+            {mayChange() && shown.length > 0 && (
                 <p><button onClick={() => setChosen(new Set(all ? [] : shown.map((m) => m.id)))}>{all ? t`Choose none` : t`Choose all ${whole(shown.length)} shown`}</button></p>
             )}
         </Page>

@@ -22,6 +22,7 @@ import { makeReport } from './report';
 import { go, link } from './router';
 import { textOfPoint } from './series';
 import { Shape, surfacePath } from './shape';
+import { mayChange } from './state';
 import { Comparisons, Together, doubtful } from './together';
 import { Trajectories } from './trajectories';
 import { Page, ProblemBox, Shown, figure, plural, save, size, useLoad } from './ui';
@@ -153,7 +154,7 @@ function Trained({ result }: { result: api.Outputs<'train'> | api.Outputs<'train
             <h2>{t`Missed: ${missed.length}`}</h2>
             <DataTable rows={[[t`subject`, t`is`, t`taken for`, ...result.classes.map((c: string) => t`probability of ${c}`)],
                 ...missed.map((s: any) => [s.subject, s.label, s.predicted, ...result.classes.map((c: string) => s.probabilities[c])])]} />
-            <div class="actions no-report"><a class="button" href={`${link('analyses', 'predict')}?model=${result.model.id}`}>{t`A new subject`}</a></div>
+            {mayChange() && <div class="actions no-report"><a class="button" href={`${link('analyses', 'predict')}?model=${result.model.id}`}>{t`A new subject`}</a></div>}
         </>
     );
 }

@@ -3,7 +3,7 @@ import { useState } from 'preact/hooks';
 import * as api from './api';
 import { t } from './i18n';
 import { LANGUAGES, choose, language } from './language';
-import { go } from './router';
+import { go, route } from './router';
 import { caller, connection, forgetJobs, refreshJobs, useValue, whoCalls } from './state';
 import { Page, Shown, plural, useLoad } from './ui';
 
@@ -20,7 +20,7 @@ function TokenForm() {
             connection.set('up');
             await whoCalls();
             refreshJobs();
-            go('#/');
+            if (route.get().path[0] === 'settings') go('#/'); // else the page that was asked for
         } catch (error) {
             setWrong((error as Error).message);
         }

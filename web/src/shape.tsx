@@ -14,6 +14,7 @@ import type { Map3 } from './maps';
 import { aNumber, keep, keptText, maybe, useKept } from './kept';
 import type { Written } from './kept';
 import { came, link } from './router';
+import { mayChange } from './state';
 import { Camera, draw, forget, pick, shrink } from './stage';
 import type { Look, Part } from './stage';
 import { ProblemBox, csv, figure, save } from './ui';
@@ -362,7 +363,7 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
                     <div class="actions">
                         <button onClick={centre}>{t`Landmark at the middle of the view`}</button>
                         {landmarks.length > 0 && <button onClick={() => save(`${name}-landmarks.csv`, csv([['name', 'vertex', 'x', 'y', 'z'], ...landmarks.map((l) => [l.name, l.vertex, ...at(l.vertex)])]), 'text/csv;charset=utf-8')}>{t`Landmarks as CSV`}</button>}
-                        {mesh && landmarks.length > 0 && <a class="button" href={`${link('analyses', 'register')}?template=${mesh}&landmarks=${encodeURIComponent(JSON.stringify({ template: landmarks.map((l) => l.vertex), moving: [] }))}`}>{t`Register a shape by these`}</a>}
+                        {mesh && mayChange() && landmarks.length > 0 && <a class="button" href={`${link('analyses', 'register')}?template=${mesh}&landmarks=${encodeURIComponent(JSON.stringify({ template: landmarks.map((l) => l.vertex), moving: [] }))}`}>{t`Register a shape by these`}</a>}
                     </div>
                     <p class="quiet">{t`Click the shape to place one. Coordinates are ${unit ? t`those of the file, whose unit is taken to be the millimetre` : t`those of the shape as it is shown, which is brought to a common size`}. Two measure the straight line between them.`}</p>
                     <ol aria-label={t`Landmarks`}>{landmarks.map((l, i) => (
