@@ -6,7 +6,9 @@
  * are real and only the search is left out. The daemon's share of a mean after the registrations is
  * not run: the job is cancelled then.
  *
- *   bench_subjects [SUBJECTS [THREADS MILLISECONDS]]    1000 subjects in three rows
+ *   bench_subjects [SUBJECTS [THREADS MILLISECONDS [none]]]    1000 subjects in three rows
+ *
+ * With "none" contents are not fetched, which tells what their requests cost.
  *
  * Beside processor and bytes a task it tells which thread of the daemon has most to do, its largest
  * memory, and the size of the database.
@@ -33,6 +35,7 @@ static char (*ids)[80];
 static size_t subjects;
 static atomic_size_t sent;
 static struct tasks_bytes found; /* of one subject */
+static bool fetches = true;
 
 /* ---- Subjects -------------------------------------------------------------------------------- */
 
@@ -179,7 +182,7 @@ static void *work_on(void *argument)
         if (!drawn_ask(&drawn, link, worker->number, 2.0, &lease)) {
             worker->refused++;
         } else if (lease.document) {
-            bool good = fetch(worker, link, &lease);
+            bool good = !fetches || fetch(worker, link, &lease);
 
             drawn_pause(drawn_seconds(&worker->state, worker->mean));
             n = subjects_of(&lease);
@@ -327,7 +330,8 @@ int main(int n_arguments, char **arguments)
     drawn_open(&drawn);
     send_all();
     (void)printf("%zu subjects at degree %zu\n", subjects, DEGREE);
-    if (n_arguments == 4) {
+    fetches = n_arguments != 5 || strcmp(arguments[4], "none") != 0;
+    if (n_arguments >= 4) {
         run_row(0, strtoul(arguments[2], NULL, 10) % (DRAWN_WORKERS_MAX + 1),
                 1e-3 * strtod(arguments[3], NULL));
     } else {

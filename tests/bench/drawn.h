@@ -362,6 +362,32 @@ static inline struct drawn_cost drawn_measure(struct drawn *drawn)
     return cost;
 }
 
+/* Seconds of a thread of the daemon between the two. */
+static inline double drawn_taken(const struct drawn_cost *before, const struct drawn_cost *after,
+                                 size_t i)
+{
+    double seconds = after->threads[i].seconds;
+
+    for (size_t k = 0; k < before->n_threads; k++) {
+        seconds -= before->threads[k].id == after->threads[i].id ? before->threads[k].seconds : 0;
+    }
+    return seconds;
+}
+
+/* Those of the threads that run jobs, or of all others. */
+static inline double drawn_sum(const struct drawn_cost *before, const struct drawn_cost *after,
+                               bool jobs)
+{
+    double seconds = 0.0;
+
+    for (size_t i = 0; i < after->n_threads; i++) {
+        bool runs = strncmp(after->threads[i].name, "srnfd-work", 10) == 0;
+
+        seconds += runs == jobs ? drawn_taken(before, after, i) : 0.0;
+    }
+    return seconds;
+}
+
 /* Prints what n tasks took between the two: a line of columns (drawn_head) without its end. */
 static inline void drawn_print(const struct drawn_cost *before, const struct drawn_cost *after,
                                double n)
@@ -370,12 +396,8 @@ static inline void drawn_print(const struct drawn_cost *before, const struct dra
     double most = 0.0;
 
     for (size_t i = 0; i < after->n_threads; i++) {
-        double seconds = after->threads[i].seconds;
+        double seconds = drawn_taken(before, after, i);
 
-        for (size_t k = 0; k < before->n_threads; k++) {
-            seconds -=
-                before->threads[k].id == after->threads[i].id ? before->threads[k].seconds : 0;
-        }
         name = seconds > most ? after->threads[i].name : name;
         most = compare_max(most, seconds);
     }
