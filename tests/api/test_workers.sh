@@ -175,8 +175,16 @@ request POST "/v1/leases/$TASK/heartbeat" --header "Lease-Secret: $SECRET"
 is "$STATUS $(json .expiresInSeconds)" '200 2' 'a heartbeat extends it'
 printf '\0\0\0\0\0\0\360\077' >"$SCRATCH/one"
 printf '\0\0\0\0\0\0\360\277' >"$SCRATCH/minus-one"
-result "$SCRATCH/one" "$(printf '%032d' 7)"
+FORGED=$(printf '%032d' 7)
+result "$SCRATCH/one" "$FORGED"
 is_problem 409 lease-lost 'a forged secret is refused'
+for call in "GET /v1/leases/$TASK/contents/$CONTENT" "POST /v1/leases/$TASK/heartbeat" "DELETE /v1/leases/$TASK"; do
+    # shellcheck disable=SC2086
+    request $call --header "Lease-Secret: $FORGED"
+    is_problem 409 lease-lost "also by ${call%% *}"
+done
+post_json "/v1/leases/$TASK/failure" '{"detail":"forged"}' --header "Lease-Secret: $FORGED"
+is_problem 409 lease-lost 'and as a failure'
 result "$SCRATCH/one" "$SECRET" 'sha-256=:AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA=:'
 is_problem 422 digest-mismatch 'bytes that are not those of the digest are refused'
 MADE_BY='' result "$SCRATCH/one" "$SECRET"
@@ -203,6 +211,22 @@ sleep 3
 TASK=$STALE_TASK
 result "$SCRATCH/one" "$STALE"
 is_problem 409 lease-lost 'after the lease has expired its result is stale'
+HELD=()
+for i in {1..6}; do # those before it, too
+    NAME=other-$i lease
+    [ "$TASK" != "$STALE_TASK" ] || break
+    HELD+=("$TASK $SECRET")
+done
+is "$TASK" "$STALE_TASK" 'the task goes to another'
+result "$SCRATCH/one" "$STALE"
+is_problem 409 lease-lost 'whose lease the secret of the first attempt does not end'
+request DELETE "/v1/leases/$TASK" --header "Lease-Secret: $STALE"
+is_problem 409 lease-lost 'nor gives back'
+request DELETE "/v1/leases/$TASK" --header "Lease-Secret: $SECRET"
+is "$STATUS" 204 'only its own does'
+for held in ${HELD[@]+"${HELD[@]}"}; do
+    request DELETE "/v1/leases/${held% *}" --header "Lease-Secret: ${held#* }"
+done
 get "/v1/jobs/$JOB"
 is "$(json .status)" running 'nothing of that has ended the job'
 

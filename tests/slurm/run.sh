@@ -5,7 +5,7 @@
 # Distances, a mean and folds with the same bits as computed by the daemon alone: by two workers that are started by hand,
 # and by pilots. Then distances with kill -9 of a pilot, of a slurmd, of slurmctld at once after sbatch, and of the daemon in
 # the middle; with a node whose cable is pulled; with nodes that are drained and jobs that are held; what others see of a
-# pilot; and nothing left in squeue. Seven minutes on two processors that do much else (load 15).
+# pilot; and nothing left in squeue. Eight minutes on two processors that do much else (load 20).
 #
 # All of it runs in a network namespace of its own, where that is allowed: then the service listens with TLS, and the last
 # node is beyond a cable. Otherwise all is on loopback, and no cable is pulled.
