@@ -147,11 +147,12 @@ $(O)/%.o: %.c
 
 # Most of what tests compute is sums of harmonics. At -O1 the sanitizers make them ten times slower than a release
 # build, so they get what a release build chooses at run time (core/harmonics/simd.h), with every check left in. So do
-# the files that inversions and registrations spend most of their time in.
+# the files that inversions, registrations and searches of nearest points spend most of their time in.
 AVX2 := $(shell grep -w avx2 /proc/cpuinfo 2>/dev/null | grep -w fma | grep -qw bmi2 && echo -march=x86-64-v3)
 HOT_asan := -O3 $(AVX2)
-HOT := harmonics/% linear/vector srnf/pointwise registration/objective registration/start \
-       registration/tabulated_load registration/tabulated_moving registration/tabulated_step
+HOT := harmonics/% linear/vector mesh/index mesh/index_box mesh/index_query mesh/measure \
+       sphere_map/metric sphere_map/vertex_star srnf/pointwise registration/objective \
+       registration/start registration/tabulated_load registration/tabulated_moving registration/tabulated_step
 $(patsubst %,$(O)/core/%.o,$(HOT)): CFLAGS += $(HOT_$(CONFIG))
 # Each is unrolled by hand for three orders of splines: at -O3 it is no faster, and takes longer to compile.
 $(O)/core/registration/tabulated_step.o $(O)/core/registration/tabulated_load.o: HOT_asan += -O2
@@ -161,8 +162,9 @@ $(O)/core/registration/tabulated_step.o $(O)/core/registration/tabulated_load.o:
 $(patsubst %.c,$(O)/%.o,$(TEST_SRC)): CFLAGS += $(TEST_OPT_$(CONFIG))
 TEST_OPT_release := -O1 -g1
 TEST_OPT_asan    := -O0
-# But for two that compute by themselves what they compare with.
-$(O)/tests/core/mesh/test_crossings.o $(O)/tests/core/stats/test_measured.o: TEST_OPT_asan := -O2
+# But for some that compute by themselves what they compare with.
+OWN := mesh/test_crossings mesh/test_index stats/test_measured
+$(patsubst %,$(O)/tests/core/%.o,$(OWN)): TEST_OPT_asan := -O2
 # So does the server, which the sanitizers' tests hardly wait for: JSON, SQLite and curl are not sanitized, and what is
 # computed is the core.
 $(O)/server/%.o: CFLAGS += $(SERVER_OPT_$(CONFIG))
