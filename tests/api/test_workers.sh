@@ -185,6 +185,8 @@ for call in "GET /v1/leases/$TASK/contents/$CONTENT" "POST /v1/leases/$TASK/hear
 done
 post_json "/v1/leases/$TASK/failure" '{"detail":"forged"}' --header "Lease-Secret: $FORGED"
 is_problem 409 lease-lost 'and as a failure'
+request POST "/v1/leases/$TASK/heartbeat" --header "Lease-Secret: $SECRET"
+is "$STATUS" 200 'none of which ends it'
 result "$SCRATCH/one" "$SECRET" 'sha-256=:AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA=:'
 is_problem 422 digest-mismatch 'bytes that are not those of the digest are refused'
 MADE_BY='' result "$SCRATCH/one" "$SECRET"
