@@ -2,10 +2,9 @@
  * assess.c - what predictions are worth: accuracies, areas under curves, and how far probabilities
  * can be believed. Formulae and sources stand in srnf/train.h.
  */
-#include "subjects.h"
+#include "classify.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define NORMAL_975 1.959963984540054
@@ -23,23 +22,26 @@ void srnf_assessment_clear(struct srnf_assessment *a)
 
 /* ---- Areas under curves ---------------------------------------------------------------------- */
 
-static double auc_deviation(double a, double positives, double negatives)
+double assess_auc_variance(double a, double positives, double negatives)
 {
     double h = 0.5 * (positives + negatives) - 1.0;
 
-    return sqrt(fmax(0.0, a * (1.0 - a) * (1.0 + h * (1.0 - a) / (2.0 - a) + h * a / (1.0 + a)) /
-                              (positives * negatives)));
+    return fmax(0.0, a * (1.0 - a) * (1.0 + h * (1.0 - a) / (2.0 - a) + h * a / (1.0 + a)) /
+                         (positives * negatives));
 }
 
-/* The end of the interval between auc, which is inside, and an end of [0, 1]. */
-static double auc_bound(double auc, double end, double positives, double negatives)
+/* The end of the interval between auc, which is inside, and an end of [0, 1]; dispersion: by which
+   the variance is larger. */
+static double auc_bound(double auc, double end, const double sides[2], double dispersion)
 {
     double inside = auc;
 
     for (int i = 0; i < BISECTIONS; i++) {
         double middle = 0.5 * (inside + end);
 
-        if (fabs(auc - middle) <= NORMAL_975 * auc_deviation(middle, positives, negatives)) {
+        double variance = dispersion * assess_auc_variance(middle, sides[0], sides[1]);
+
+        if (fabs(auc - middle) <= NORMAL_975 * sqrt(variance)) {
             inside = middle;
         } else {
             end = middle;
@@ -50,8 +52,39 @@ static double auc_bound(double auc, double end, double positives, double negativ
 
 void srnf_auc_interval(double auc, double positives, double negatives, double interval[2])
 {
-    interval[0] = auc_bound(auc, 0.0, positives, negatives);
-    interval[1] = auc_bound(auc, 1.0, positives, negatives);
+    const double sides[2] = {positives, negatives};
+
+    interval[0] = auc_bound(auc, 0.0, sides, 1.0);
+    interval[1] = auc_bound(auc, 1.0, sides, 1.0);
+}
+
+void assess_leads(size_t n, size_t classes, const double *evidence, size_t c, double *lead)
+{
+    for (size_t i = 0; i < n; i++) {
+        const double *s = evidence + i * classes;
+        double others = -INFINITY;
+
+        for (size_t d = 0; d < classes; d++) {
+            others = d == c ? others : fmax(others, s[d]);
+        }
+        lead[i] = s[c] - others;
+    }
+}
+
+double assess_auc(size_t n, const size_t *labels, size_t c, const double *lead)
+{
+    double sum = 0.0;
+    double pairs = 0.0;
+
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = 0; labels[i] == c && j < n; j++) {
+            if (labels[j] != c) {
+                sum += lead[i] > lead[j] ? 1.0 : lead[i] == lead[j] ? 0.5 : 0.0;
+                pairs += 1.0;
+            }
+        }
+    }
+    return sum / pairs;
 }
 
 /* ---- One class ------------------------------------------------------------------------------- */
@@ -60,19 +93,26 @@ struct given {
     size_t n, classes;
     const size_t *labels;
     const struct subjects *subjects;
-    const double *evidence, *probabilities, *priors;
+    const double *evidence, *probabilities, *priors; /* the last two: NULL without */
+    const struct srnf_dispersions *dispersions;      /* or NULL */
 };
 
-/* What a member is ranked by. */
-static double lead_of(const struct given *g, size_t i, size_t c)
-{
-    const double *s = g->evidence + i * g->classes;
-    double others = -INFINITY;
+static const struct srnf_dispersion independent = {1.0, 1.0};
 
-    for (size_t d = 0; d < g->classes; d++) {
-        others = d == c ? others : fmax(others, s[d]);
-    }
-    return s[c] - others;
+/* Of a share of n members, worth `count` as independent ones; returns what they are worth with the
+   dispersion, too. */
+static double bound_rate(struct srnf_rate *rate, size_t n, double count,
+                         const struct srnf_dispersion *dispersion)
+{
+    double above = fmin(count, (double)n / dispersion->above);
+    double below = fmin(count, (double)n / dispersion->below);
+    double ends[2];
+
+    subjects_wilson(rate->value, above, ends);
+    rate->interval[0] = ends[0];
+    subjects_wilson(rate->value, below, ends);
+    rate->interval[1] = ends[1];
+    return fmin(above, below);
 }
 
 /* Subjects with members of the class, and with others; seen: [subjects] of scratch. */
@@ -96,30 +136,24 @@ static void count_sides(const struct given *g, size_t c, bool *seen, double side
 static void measure_auc(const struct given *g, size_t c, double *lead, bool *seen,
                         struct srnf_rate *auc)
 {
+    const struct srnf_dispersion *d = g->dispersions ? &g->dispersions->auc[c] : &independent;
     double sides[2];
-    double sum = 0.0;
-    double pairs = 0.0;
 
-    for (size_t i = 0; i < g->n; i++) {
-        lead[i] = lead_of(g, i, c);
-    }
-    for (size_t i = 0; i < g->n; i++) {
-        for (size_t j = 0; g->labels[i] == c && j < g->n; j++) {
-            if (g->labels[j] != c) {
-                sum += lead[i] > lead[j] ? 1.0 : lead[i] == lead[j] ? 0.5 : 0.0;
-                pairs += 1.0;
-            }
-        }
-    }
-    auc->value = sum / pairs;
+    assess_leads(g->n, g->classes, g->evidence, c, lead);
+    auc->value = assess_auc(g->n, g->labels, c, lead);
     count_sides(g, c, seen, sides);
-    srnf_auc_interval(auc->value, sides[0], sides[1], auc->interval);
+    auc->interval[0] = auc_bound(auc->value, 0.0, sides, d->above);
+    auc->interval[1] = auc_bound(auc->value, 1.0, sides, d->below);
 }
 
-/* The share of a class that is told. memory: [n] of scratch. */
+/* The share of a class that is told. memory: [n] of scratch; squares: those of the lengths to both
+   sides, without a dispersion, are added. */
 static int measure_sensitivity(const struct given *g, size_t c, const size_t *predicted,
-                               size_t *memory, bool *right, struct srnf_rate *rate)
+                               size_t *memory, bool *right, struct srnf_rate *rate,
+                               double squares[2])
 {
+    const struct srnf_dispersion *d =
+        g->dispersions ? &g->dispersions->sensitivity[c] : &independent;
     size_t count = 0;
     double effective;
     int status;
@@ -151,6 +185,11 @@ static int measure_sensitivity(const struct given *g, size_t c, const size_t *pr
     for (size_t i = 0; i < count; i++) {
         rate->value += right[i] ? 1.0 / (double)count : 0.0;
     }
+    squares[0] += (rate->value - rate->interval[0]) * (rate->value - rate->interval[0]);
+    squares[1] += (rate->interval[1] - rate->value) * (rate->interval[1] - rate->value);
+    if (status == SRNF_OK && g->dispersions) {
+        (void)bound_rate(rate, count, effective, d);
+    }
     return status;
 }
 
@@ -177,34 +216,89 @@ static void measure_reliability(const struct given *g, size_t c, struct srnf_rel
     }
 }
 
-/* ---- All of them ----------------------------------------------------------------------------- */
+/* ---- Scores ---------------------------------------------------------------------------------- */
 
-/* Brier score and log loss, and those of the priors. sizes: [classes] members. */
-static void measure_scores(const struct given *g, const size_t *sizes, struct srnf_assessment *a)
+/* Half the squared distance of the probabilities of a member from its label, or from the priors. */
+static double brier_of(const struct given *g, const double *p, size_t label)
 {
+    double sum = 0.0;
+
+    for (size_t c = 0; c < g->classes; c++) {
+        double own = c == label ? 1.0 : 0.0;
+
+        sum += 0.5 * (p[c] - own) * (p[c] - own);
+    }
+    return sum;
+}
+
+/* The interval of the sum over members of weight times score, from what subjects add about the mean
+   of their class. scores: [n]; memory: [subjects + classes] of scratch. */
+static void bound_score(const struct given *g, const size_t *sizes, const double *scores,
+                        double value, double *memory, double interval[2])
+{
+    const struct srnf_dispersion *d = g->dispersions ? &g->dispersions->accuracy : &independent;
+    size_t count = g->subjects->count;
+    double *means = memory + count;
+    double sum = 0.0, freedom;
+
+    memset(memory, 0, (count + g->classes) * sizeof *memory);
     for (size_t i = 0; i < g->n; i++) {
-        const double *p = g->probabilities + i * g->classes;
+        means[g->labels[i]] += scores[i] / (double)sizes[g->labels[i]];
+    }
+    for (size_t i = 0; i < g->n; i++) {
+        size_t label = g->labels[i];
+
+        memory[g->subjects->of[i]] +=
+            g->priors[label] / (double)sizes[label] * (scores[i] - means[label]);
+    }
+    for (size_t s = 0; s < count; s++) {
+        sum += memory[s] * memory[s];
+    }
+    freedom = count > g->classes ? (double)(count - g->classes) : 1.0;
+    sum = sqrt(sum * (double)count / freedom * fmax(d->above, d->below));
+    sum = value > 0.0 ? subjects_student(freedom) * sum / value : 0.0;
+    interval[0] = isfinite(value) ? value * exp(-sum) : NAN;
+    interval[1] = isfinite(value) ? value * exp(sum) : NAN;
+}
+
+/* Brier score and log loss, and those of the priors. sizes: [classes] members; memory: [n +
+   subjects + classes] of scratch. */
+static void measure_scores(const struct given *g, const size_t *sizes, double *memory,
+                           struct srnf_assessment *a)
+{
+    double *scores = memory + g->subjects->count + g->classes;
+
+    for (size_t i = 0; i < g->n; i++) {
         size_t label = g->labels[i];
         double weight = g->priors[label] / (double)sizes[label];
 
-        for (size_t c = 0; c < g->classes; c++) {
-            double own = c == label ? 1.0 : 0.0;
-
-            a->brier += 0.5 * weight * (p[c] - own) * (p[c] - own);
-            a->brier_reference += 0.5 * weight * (g->priors[c] - own) * (g->priors[c] - own);
-        }
-        a->log_loss -= weight * log(p[label]);
+        scores[i] = brier_of(g, g->probabilities + i * g->classes, label);
+        a->brier += weight * scores[i];
+        a->brier_reference += weight * brier_of(g, g->priors, label);
         a->log_loss_reference -= weight * log(g->priors[label]);
     }
+    bound_score(g, sizes, scores, a->brier, memory, a->brier_interval);
+    a->brier_interval[1] = fmin(a->brier_interval[1], 1.0);
+    for (size_t i = 0; i < g->n; i++) {
+        size_t label = g->labels[i];
+
+        scores[i] = -log(g->probabilities[i * g->classes + label]);
+        a->log_loss += g->priors[label] / (double)sizes[label] * scores[i];
+    }
+    bound_score(g, sizes, scores, a->log_loss, memory, a->log_loss_interval);
 }
 
-static void count_answers(const struct given *g, size_t *sizes, bool *right,
-                          struct srnf_assessment *a)
+/* ---- All of them ----------------------------------------------------------------------------- */
+
+static void count_answers(const struct given *g, const size_t *predicted, size_t *sizes,
+                          bool *right, struct srnf_assessment *a)
 {
     size_t k = g->classes;
 
     for (size_t i = 0; i < g->n; i++) {
-        a->predicted[i] = srnf_platt_choose(k, g->probabilities + i * k, g->evidence + i * k);
+        a->predicted[i] = predicted
+                              ? predicted[i]
+                              : srnf_platt_choose(k, g->probabilities + i * k, g->evidence + i * k);
         a->confusion[g->labels[i] * k + a->predicted[i]]++;
         sizes[g->labels[i]]++;
         right[i] = a->predicted[i] == g->labels[i];
@@ -219,15 +313,29 @@ static void count_answers(const struct given *g, size_t *sizes, bool *right,
     }
 }
 
-static int measure(const struct given *g, size_t *memory, bool *flags, double *lead,
-                   struct srnf_assessment *a)
+/* From the squares of the lengths to both sides, summed over classes. */
+static void bound_balanced(const struct given *g, const double squares[2],
+                           struct srnf_rate *balanced)
 {
-    double below = 0.0;
-    double above = 0.0;
+    const struct srnf_dispersion *d = g->dispersions ? &g->dispersions->balanced : &independent;
+    double k = (double)g->classes;
+
+    balanced->interval[0] = balanced->value - sqrt(squares[0] * d->above) / k;
+    balanced->interval[1] = balanced->value + sqrt(squares[1] * d->below) / k;
+    if (g->dispersions) {
+        balanced->interval[0] = fmax(balanced->interval[0], 0.0);
+        balanced->interval[1] = fmin(balanced->interval[1], 1.0);
+    }
+}
+
+static int measure(const struct given *g, const size_t *predicted, size_t *memory, bool *flags,
+                   double *lead, struct srnf_assessment *a)
+{
+    double squares[2] = {0.0, 0.0};
     size_t *sizes = memory + 2 * g->n;
     int status;
 
-    count_answers(g, sizes, flags, a);
+    count_answers(g, predicted, sizes, flags, a);
     for (size_t c = 0; c < g->classes; c++) {
         if (sizes[c] == 0) {
             return SRNF_EINVAL;
@@ -235,19 +343,23 @@ static int measure(const struct given *g, size_t *memory, bool *flags, double *l
     }
     status = srnf_cluster_interval(g->n, g->subjects->of, flags, &a->effective,
                                    a->accuracy.interval, NULL);
+    if (status == SRNF_OK && g->dispersions) {
+        a->effective = bound_rate(&a->accuracy, g->n, a->effective, &g->dispersions->accuracy);
+    }
     for (size_t c = 0; c < g->classes && status == SRNF_OK; c++) {
         struct srnf_rate *rate = &a->sensitivity[c];
 
-        status = measure_sensitivity(g, c, a->predicted, memory, flags, rate);
+        status = measure_sensitivity(g, c, a->predicted, memory, flags, rate, squares);
         a->balanced.value += rate->value / (double)g->classes;
-        below += (rate->value - rate->interval[0]) * (rate->value - rate->interval[0]);
-        above += (rate->interval[1] - rate->value) * (rate->interval[1] - rate->value);
         measure_auc(g, c, lead, flags, &a->auc[c]);
-        measure_reliability(g, c, a->reliability + c * SRNF_RELIABILITY_BINS);
+        if (g->probabilities) {
+            measure_reliability(g, c, a->reliability + c * SRNF_RELIABILITY_BINS);
+        }
     }
-    a->balanced.interval[0] = a->balanced.value - sqrt(below) / (double)g->classes;
-    a->balanced.interval[1] = a->balanced.value + sqrt(above) / (double)g->classes;
-    measure_scores(g, sizes, a);
+    bound_balanced(g, squares, &a->balanced);
+    if (g->probabilities) {
+        measure_scores(g, sizes, lead, a);
+    }
     return status;
 }
 
@@ -261,32 +373,33 @@ static int check(const struct given *g)
             return SRNF_EINVAL;
         }
     }
-    for (size_t c = 0; c < g->classes; c++) {
+    for (size_t c = 0; g->priors && c < g->classes; c++) {
         if (!(g->priors[c] > 0.0)) {
             return SRNF_EINVAL;
         }
     }
     for (size_t i = 0; i < g->n * g->classes; i++) {
-        if (!(g->probabilities[i] >= 0.0 && g->probabilities[i] <= 1.0) ||
-            !isfinite(g->evidence[i])) {
+        if (!isfinite(g->evidence[i]) ||
+            (g->probabilities && !(g->probabilities[i] >= 0.0 && g->probabilities[i] <= 1.0))) {
             return SRNF_EINVAL;
         }
     }
     return SRNF_OK;
 }
 
-int srnf_assess(size_t n, size_t classes, const size_t *labels, const size_t *subjects,
-                const double *evidence, const double *probabilities, const double *priors,
-                struct srnf_assessment *assessment)
+/* given: without subjects, which are [n] or NULL. */
+static int assess(struct given *g, const size_t *subjects, const size_t *predicted,
+                  struct srnf_assessment *assessment)
 {
+    size_t n = g->n, classes = g->classes;
     struct subjects of = {0};
-    const struct given g = {n, classes, labels, &of, evidence, probabilities, priors};
     struct srnf_assessment a = {.n = n, .classes = classes};
     size_t *memory = NULL;
     bool *flags = NULL;
     double *lead = NULL;
-    int status = check(&g);
+    int status = check(g);
 
+    g->subjects = &of;
     status = status ? status : subjects_open(&of, n, subjects, NULL);
     if (status == SRNF_OK) {
         a.subjects = of.count;
@@ -297,10 +410,10 @@ int srnf_assess(size_t n, size_t classes, const size_t *labels, const size_t *su
         a.reliability = srnf_alloc(classes * SRNF_RELIABILITY_BINS, sizeof *a.reliability);
         memory = srnf_alloc(2 * n + classes, sizeof *memory);
         flags = srnf_alloc(n, sizeof *flags);
-        lead = srnf_alloc(n, sizeof *lead);
+        lead = srnf_alloc(2 * n + classes, sizeof *lead);
         status = a.predicted && a.confusion && a.sensitivity && a.auc && a.reliability && memory &&
                          flags && lead
-                     ? measure(&g, memory, flags, lead, &a)
+                     ? measure(g, predicted, memory, flags, lead, &a)
                      : SRNF_ENOMEM;
     }
     subjects_clear(&of);
@@ -315,63 +428,30 @@ int srnf_assess(size_t n, size_t classes, const size_t *labels, const size_t *su
     return SRNF_OK;
 }
 
-/* ---- Two methods ----------------------------------------------------------------------------- */
-
-/* P(|sum of e_s d_s| >= |sum of d_s|), from the distribution of the sum, subject by subject. */
-static int flip_signs(const struct subjects *s, const long *differences, double *p_value)
+int assess_answers(size_t n, size_t classes, const size_t *labels, const size_t *subjects,
+                   const double *evidence, const size_t *predicted,
+                   const struct srnf_dispersions *dispersions, struct srnf_assessment *assessment)
 {
-    long total = 0;
-    long reach = 0;
-    double *now, *next;
+    struct given g = {.n = n,
+                      .classes = classes,
+                      .labels = labels,
+                      .evidence = evidence,
+                      .dispersions = dispersions};
 
-    for (size_t k = 0; k < s->count; k++) {
-        total += differences[k];
-        reach += labs(differences[k]);
-    }
-    now = srnf_alloc(2 * (2 * (size_t)reach + 1), sizeof(double));
-    if (!now) {
-        return SRNF_ENOMEM;
-    }
-    next = now + 2 * reach + 1;
-    now[reach] = 1.0;
-    for (size_t k = 0; k < s->count; k++) {
-        long d = labs(differences[k]);
-
-        for (long v = -reach; d > 0 && v <= reach; v++) {
-            next[reach + v] = 0.5 * ((v - d >= -reach ? now[reach + v - d] : 0.0) +
-                                     (v + d <= reach ? now[reach + v + d] : 0.0));
-        }
-        if (d > 0) {
-            memcpy(now, next, (size_t)(2 * reach + 1) * sizeof(double));
-        }
-    }
-    *p_value = 0.0;
-    for (long v = -reach; v <= reach; v++) {
-        *p_value += labs(v) >= labs(total) ? now[reach + v] : 0.0;
-    }
-    *p_value = fmin(*p_value, 1.0);
-    srnf_free(now);
-    return SRNF_OK;
+    return assess(&g, subjects, predicted, assessment);
 }
 
-int srnf_mcnemar(size_t n, const size_t *subjects, const bool *first, const bool *second,
-                 size_t only[2], double *p_value)
+int srnf_assess(size_t n, size_t classes, const size_t *labels, const size_t *subjects,
+                const double *evidence, const double *probabilities, const double *priors,
+                const struct srnf_dispersions *dispersions, struct srnf_assessment *assessment)
 {
-    struct subjects s = {0};
-    int status = n > 0 ? subjects_open(&s, n, subjects, NULL) : SRNF_EINVAL;
-    long *differences = status == SRNF_OK ? srnf_alloc(s.count, sizeof *differences) : NULL;
+    struct given g = {.n = n,
+                      .classes = classes,
+                      .labels = labels,
+                      .evidence = evidence,
+                      .probabilities = probabilities,
+                      .priors = priors,
+                      .dispersions = dispersions};
 
-    status = status == SRNF_OK && !differences ? SRNF_ENOMEM : status;
-    if (status == SRNF_OK) {
-        only[0] = only[1] = 0;
-        for (size_t i = 0; i < n; i++) {
-            only[0] += first[i] && !second[i];
-            only[1] += second[i] && !first[i];
-            differences[s.of[i]] += (long)first[i] - (long)second[i];
-        }
-        status = flip_signs(&s, differences, p_value);
-    }
-    srnf_free(differences);
-    subjects_clear(&s);
-    return status;
+    return assess(&g, subjects, NULL, assessment);
 }

@@ -14,15 +14,17 @@
 #include "classify.h"
 
 #include <math.h>
+#include <string.h>
 
 #define COUNTER_PERMUTATION UINT32_C(0xFFFFFFFF) /* sample.c counts attempts here, to 64 */
 #define PERMUTATIONS_MAX ((size_t)1000000)
+#define RELABELLINGS_MAX ((size_t)10000)
 #define WEIGHT_MAX 1000.0
 #define CLASS_MIN 3
 
 struct srnf_classify_options srnf_classify_options_defaults(void)
 {
-    return (struct srnf_classify_options){.size_weight = 1.0};
+    return (struct srnf_classify_options){.size_weight = 1.0, .relabellings = SRNF_RELABELLINGS};
 }
 
 void srnf_classification_clear(struct srnf_classification *c)
@@ -32,6 +34,8 @@ void srnf_classification_clear(struct srnf_classification *c)
     srnf_free(c->components);
     srnf_free(c->pooled);
     srnf_free(c->confusion);
+    srnf_free(c->auc);
+    dispersions_clear(&c->dispersions);
     *c = (struct srnf_classification){0};
 }
 
@@ -66,6 +70,10 @@ static int check_options(const struct srnf_folds *c, const struct srnf_classify_
     if (options->permutations > PERMUTATIONS_MAX) {
         return srnf_fail(error, SRNF_EINVAL, -1, "permutations is %zu, not 0 to %zu",
                          options->permutations, PERMUTATIONS_MAX);
+    }
+    if (options->relabellings > RELABELLINGS_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "relabellings is %zu, not 0 to %zu",
+                         options->relabellings, RELABELLINGS_MAX);
     }
     if (!(options->size_weight >= 0.0 && options->size_weight <= WEIGHT_MAX)) {
         return srnf_fail(error, SRNF_EINVAL, -1, "size_weight %g is not from 0 to %g",
@@ -326,21 +334,19 @@ static int create_result(const struct study *study, bool gaussian,
                : SRNF_ENOMEM;
 }
 
-/* Accuracy, its interval, and what always naming the largest class gets right. */
+/* Accuracy, what else the answers are worth, intervals, and what always naming the largest class
+   gets right. */
 static int count_results(const struct study *study, const size_t *labels,
-                         struct srnf_classification *result, struct srnf_error *error)
+                         const struct srnf_context *context, struct srnf_classification *result,
+                         struct srnf_error *error)
 {
     size_t n = result->n;
     size_t classes = result->n_classes;
-    bool *right = srnf_alloc(n, sizeof *right);
+    struct srnf_assessment a = {0};
     size_t most = 0;
-    int status;
+    int status = study_disperse(study, labels, context, &result->dispersions, error);
 
-    if (!right) {
-        return SRNF_ENOMEM;
-    }
     for (size_t i = 0; i < n; i++) {
-        right[i] = labels[i] == result->predicted[i];
         result->confusion[labels[i] * classes + result->predicted[i]]++;
     }
     for (size_t k = 0; k < classes; k++) {
@@ -354,9 +360,17 @@ static int count_results(const struct study *study, const size_t *labels,
     result->correct = count_correct(n, labels, result->predicted);
     result->accuracy = (double)result->correct / (double)n;
     result->majority = (double)most / (double)n;
-    status = srnf_cluster_interval(n, study->subjects.of, right, &result->effective,
-                                   result->interval, error);
-    srnf_free(right);
+    status = status ? status
+                    : assess_answers(n, classes, labels, study->subjects.of, result->evidence,
+                                     result->predicted, &result->dispersions, &a);
+    if (status == SRNF_OK) {
+        memcpy(result->interval, a.accuracy.interval, sizeof result->interval);
+        result->effective = a.effective;
+        result->balanced = a.balanced;
+        result->auc = a.auc;
+        a.auc = NULL;
+    }
+    srnf_assessment_clear(&a);
     return status;
 }
 
@@ -371,7 +385,7 @@ int study_assess(const struct study *study, const size_t *labels, bool gaussian,
     outcome =
         (struct outcome){result->predicted, result->evidence, result->components, result->pooled};
     status = status ? status : study->predict(study, labels, &outcome, &first);
-    status = status ? status : count_results(study, labels, result, &first);
+    status = status ? status : count_results(study, labels, context, result, &first);
     if (status == SRNF_OK && study->options->permutations > 0) {
         status = permute(study, labels, context, result, &first);
     }

@@ -8,6 +8,8 @@
 #include "stats.h"
 #include "subjects.h"
 
+#include "srnf/train.h"
+
 /* What the n folds of one labelling came to. Arrays that are NULL are not asked for. */
 struct outcome {
     size_t *predicted;  /* [n]; never NULL */
@@ -15,6 +17,19 @@ struct outcome {
     size_t *components; /* [n] */
     bool *pooled;       /* [n] */
 };
+
+/* The lead of class c, that members are ranked by, over all others: [n]. */
+void assess_leads(size_t n, size_t classes, const double *evidence, size_t c, double *lead);
+/* The area under the curve of class c; lead: [n]. */
+double assess_auc(size_t n, const size_t *labels, size_t c, const double *lead);
+/* Newcombe's variance of an area (srnf_auc_interval). */
+double assess_auc_variance(double a, double positives, double negatives);
+/* What answers are worth, without probabilities: all of an assessment but scores and reliability
+   (assess.c); to be cleared in any case. */
+SRNF_CHECKED int assess_answers(size_t n, size_t classes, const size_t *labels,
+                                const size_t *subjects, const double *evidence,
+                                const size_t *predicted, const struct srnf_dispersions *dispersions,
+                                struct srnf_assessment *assessment);
 
 struct study;
 /* Predicts the class of every subject from the labels of the others. Re-entrant. */
@@ -38,6 +53,12 @@ SRNF_CHECKED int study_open(struct study *study, const struct srnf_folds *compar
                             const size_t *labels, size_t n_classes,
                             const struct srnf_classify_options *options, struct srnf_error *error);
 void study_close(struct study *study);
+/* How far the members depend on each other, by relabellings of the subjects (relabel.c); to be
+   cleared in any case. */
+SRNF_CHECKED int study_disperse(const struct study *study, const size_t *labels,
+                                const struct srnf_context *context, struct srnf_dispersions *out,
+                                struct srnf_error *error);
+void dispersions_clear(struct srnf_dispersions *dispersions);
 /* Predicts, counts, and predicts again for each permutation of the labels. gaussian: components
    and covariance are kept. */
 SRNF_CHECKED int study_assess(const struct study *study, const size_t *labels, bool gaussian,

@@ -97,8 +97,7 @@ bool subjects_labels(const struct subjects *s, const size_t *labels, size_t *of_
 
 /* ---- Proportions ----------------------------------------------------------------------------- */
 
-/* Wilson's interval of p with a count that need not be whole. */
-static void wilson(double p, double count, double interval[2])
+void subjects_wilson(double p, double count, double interval[2])
 {
     double z2 = NORMAL_975 * NORMAL_975;
     double center = (p + z2 / (2.0 * count)) / (1.0 + z2 / count);
@@ -109,13 +108,23 @@ static void wilson(double p, double count, double interval[2])
     interval[1] = p < 1.0 ? fmin(1.0, center + half) : 1.0;
 }
 
+double subjects_student(double freedom)
+{
+    const double z = NORMAL_975, z3 = z * z * z, z5 = z3 * z * z;
+
+    return z + (z3 + z) / (4.0 * freedom) +
+           (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * freedom * freedom) +
+           (3.0 * z5 * z * z + 19.0 * z5 + 17.0 * z3 - 15.0 * z) /
+               (384.0 * freedom * freedom * freedom);
+}
+
 void srnf_wilson_interval(size_t successes, size_t n, double interval[2])
 {
     if (n == 0) {
         interval[0] = 0.0;
         interval[1] = 1.0;
     } else {
-        wilson(successes < n ? (double)successes / (double)n : 1.0, (double)n, interval);
+        subjects_wilson(successes < n ? (double)successes / (double)n : 1.0, (double)n, interval);
     }
 }
 
@@ -148,7 +157,7 @@ int srnf_cluster_interval(size_t n, const size_t *subjects, const bool *success,
         variance *= s.count > 1 ? (double)s.count / (double)(s.count - 1) : 0.0;
         *effective = variance > 0.0 ? p * (1.0 - p) * (double)n * (double)n / variance : fewest;
         *effective = fmin(fmax(*effective, fewest), (double)n);
-        wilson(p, *effective, interval);
+        subjects_wilson(p, *effective, interval);
     } else if (status == SRNF_OK) {
         *effective = 0.0;
         srnf_wilson_interval(0, 0, interval);

@@ -20,6 +20,13 @@ SRNF_CHECKED int subjects_open(struct subjects *s, size_t n, const size_t *given
                                struct srnf_error *error);
 void subjects_clear(struct subjects *s);
 
+/* Wilson's interval of p with a count that need not be whole. */
+void subjects_wilson(double p, double count, double interval[2]);
+
+/* The .975 quantile of Student's distribution, by the first terms of its expansion about the normal
+   one (R. Cornish, E. Fisher, 1938): to 1 % from 3 degrees of freedom on. */
+double subjects_student(double freedom);
+
 /* The label of each subject, [count]; false: the labels of the members of one differ. */
 bool subjects_labels(const struct subjects *s, const size_t *labels, size_t *of_subjects);
 

@@ -2,18 +2,15 @@
  * train.c - a classifier with its nested validation (srnf/train.h).
  *
  * The outer folds are those of srnf_folds_compare, each of one subject, with the evidence that
- * srnf_classify_gauss or srnf_classify_nearest has for it. What is left is the calibration of a
- * fold. It needs evidence for the fold's training members from classifiers that have not seen them:
- * for the Gaussians the fold's training subjects are dealt into ten groups, class by class in the
- * order of the cohort, and each group gets its evidence from mean, components, their number and
- * Gaussians of the other nine, all from the inner products of the fields registered to the fold's
- * template. Nearest neighbours are not fitted: there each subject is left out by itself, also of
- * what numbers beside shape are scaled by (frozen_nearest.c).
- *
- * The classifier of all members is calibrated likewise, with nobody left out.
- *
- * Of several structures each is compared in folds of its own (folds_join.c); all that follows works
- * on the weighted sums of their inner products and on stacked fields (stack.c).
+ * srnf_classify_gauss or srnf_classify_nearest has for it. The calibration of a fold needs evidence
+ * for the fold's training members from classifiers that have not seen them: for the Gaussians the
+ * fold's training subjects are dealt into ten groups, class by class in the order of the cohort,
+ * and each group gets its evidence from mean, components, their number and Gaussians of the other
+ * nine, all from the inner products of the fields registered to the fold's template. Nearest
+ * neighbours are not fitted: there each subject is left out by itself, also of what numbers beside
+ * shape are scaled by (frozen_nearest.c). The classifier of all members is calibrated likewise,
+ * with nobody left out. Of several structures each is compared in folds of its own (folds_join.c);
+ * all that follows works on the weighted sums of their inner products and on stacked fields.
  */
 #include "folds.h"
 #include "frozen.h"
@@ -29,7 +26,8 @@
 
 struct srnf_train_options srnf_train_options_defaults(void)
 {
-    return (struct srnf_train_options){.gauss = true,
+    return (struct srnf_train_options){.relabellings = SRNF_RELABELLINGS,
+                                       .gauss = true,
                                        .registration = srnf_register_options_defaults(),
                                        .feature_weight = 1.0,
                                        .n_parts = 1,
@@ -52,6 +50,7 @@ void srnf_trained_clear(struct srnf_trained *t)
     srnf_free(t->probabilities);
     srnf_free(t->components);
     srnf_assessment_clear(&t->assessment);
+    dispersions_clear(&t->dispersions);
     *t = (struct srnf_trained){0};
 }
 
@@ -340,7 +339,9 @@ static int judge_outer(const struct training *t, const struct srnf_context *cont
         t->out->evidence = found.evidence;
         t->out->components = found.components;
         found.evidence = NULL;
+        t->out->dispersions = found.dispersions;
         found.components = NULL;
+        found.dispersions = (struct srnf_dispersions){0};
     }
     srnf_classification_clear(&found);
     return status;
@@ -360,7 +361,8 @@ static int validate(struct training *t, const struct srnf_context *context,
     status = status ? status : stats_run(context, t->subjects.count, fold_body, t, progress, error);
     return status ? status
                   : srnf_assess(t->n, t->classes, t->labels, t->subjects.of, t->out->evidence,
-                                t->out->probabilities, t->priors, &t->out->assessment);
+                                t->out->probabilities, t->priors, &t->out->dispersions,
+                                &t->out->assessment);
 }
 
 /* ---- The classifier of all ------------------------------------------------------------------- */
@@ -769,6 +771,7 @@ int srnf_train(const struct srnf_sht *sht, size_t n, const double *const *surfac
     out.n_parts = t.options->n_parts;
     t.classifier = srnf_classify_options_defaults();
     t.classifier.components = t.options->components;
+    t.classifier.relabellings = t.options->relabellings;
     t.classifier.covariance = t.options->covariance;
     t.classifier.features = t.options->features;
     t.classifier.n_features = t.options->n_features;

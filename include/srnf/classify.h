@@ -173,8 +173,41 @@ struct srnf_classify_options {
     enum srnf_covariance covariance;
     size_t permutations; /* of the labels, for the p-value; 0: none */
     uint64_t seed;
+    size_t relabellings; /* for the width of intervals, 0 .. 10,000, default 100 */
 };
 struct srnf_classify_options srnf_classify_options_defaults(void);
+
+struct srnf_rate {
+    double value, interval[2]; /* 95 % */
+};
+
+/*
+ * How much more results of leave-one-out vary than those of as many independent members: the ratio
+ * of the variances, 1 at least. Members that are left out of each other are right or wrong
+ * together, so that binomial intervals are too narrow (Q. Noirhomme et al., "Biased binomial
+ * assessment of cross-validated estimation of classification accuracies illustrated in diagnosis
+ * predictions", NeuroImage: Clinical 4, 2014), and more so downwards. Both are seen where labels
+ * say nothing: subjects exchange their labels some times, by a seed of its own, and all that
+ * depends on labels is made anew. With d the deviations of the results from what answers without
+ * regard to labels would get (1/2 of an area under a curve),
+ *
+ *     above = sum over d > 0 of d^2 / c / V,    below likewise over d < 0,
+ *
+ * c half of the relabellings, or the number on that side if it is less, and V the variance that
+ * independent members would have. An interval counts members 1 / above times towards its lower end,
+ * which tells from no effect, and 1 / below times towards its upper end: the design effect of Rao
+ * and Scott (srnf/subjects.h). Where labels do say something, members depend on each other less,
+ * and intervals are rather too wide.
+ */
+#define SRNF_RELABELLINGS ((size_t)100) /* the default of how often */
+struct srnf_dispersion {
+    double below, above;
+};
+struct srnf_dispersions {
+    size_t relabellings; /* 0: all are 1, as none were asked for or labels differ in a subject */
+    struct srnf_dispersion accuracy, balanced;
+    struct srnf_dispersion *sensitivity, *auc; /* [classes]; freed with the first */
+};
 
 struct srnf_classification {
     size_t n, n_classes;
@@ -187,10 +220,12 @@ struct srnf_classification {
     size_t *confusion; /* [n_classes][n_classes]: row the label, column what was predicted */
     size_t correct;
     double accuracy;
-    double interval[2]; /* 95 %: srnf_cluster_interval */
-    double effective;   /* the members' number as independent ones, of that interval */
-    double majority;    /* share of the largest class: what always naming it gets right */
-    double p_value;     /* of as many right by permutation of the labels; NAN: none */
+    double interval[2]; /* 95 %, Wilson's with the members' number as independent ones */
+    double effective;   /* that number: srnf_cluster_interval, or less by the dispersion */
+    struct srnf_rate balanced, *auc;     /* as in srnf_assess; [n_classes] */
+    struct srnf_dispersions dispersions; /* how far the members depend on each other */
+    double majority; /* share of the largest class: what always naming it gets right */
+    double p_value;  /* of as many right by permutation of the labels; NAN: none */
     struct srnf_permutation_test test; /* of p_value */
 };
 void srnf_classification_clear(struct srnf_classification *classification);

@@ -82,10 +82,6 @@ size_t srnf_platt_choose(size_t classes, const double *probabilities, const doub
 
 #define SRNF_RELIABILITY_BINS 10
 
-struct srnf_rate {
-    double value, interval[2]; /* 95 % */
-};
-
 /* Members whose probability of a class is in one tenth of [0, 1]. */
 struct srnf_reliability {
     size_t members, of_class;
@@ -97,7 +93,7 @@ struct srnf_assessment {
     size_t *predicted; /* [n] */
     size_t *confusion; /* [classes][classes]: row the label, column what was predicted */
     struct srnf_rate accuracy;
-    double effective; /* the members' number as independent ones: srnf_cluster_interval */
+    double effective;              /* the members' number as independent ones */
     struct srnf_rate *sensitivity; /* [classes] share of each class that is told */
     struct srnf_rate balanced;     /* their mean */
     struct srnf_rate *auc;         /* [classes] of each against the rest */
@@ -105,8 +101,9 @@ struct srnf_assessment {
     double majority; /* share of the largest class */
     double brier;    /* half the mean of sum_c (P(c) - [c is the label])^2 */
     double log_loss; /* mean of -log P(label); INFINITY is possible */
-    double brier_reference, log_loss_reference; /* of always saying the priors */
-    struct srnf_reliability *reliability;       /* [classes][SRNF_RELIABILITY_BINS] */
+    double brier_reference, log_loss_reference;     /* of always saying the priors */
+    double brier_interval[2], log_loss_interval[2]; /* 95 %; NAN where log_loss is infinite */
+    struct srnf_reliability *reliability;           /* [classes][SRNF_RELIABILITY_BINS] */
 };
 void srnf_assessment_clear(struct srnf_assessment *assessment);
 
@@ -120,18 +117,25 @@ void srnf_assessment_clear(struct srnf_assessment *assessment);
  * measures", Statistics in Medicine 27, 2008): its lower half has the length
  * sqrt(sum_c (value_c - lower_c)^2) / classes, the upper one likewise. An AUC ranks members by
  * s_c - max of the others' evidence, which no calibration changes within a fold; its interval is
- * srnf_auc_interval with the numbers of subjects.
+ * srnf_auc_interval with the numbers of subjects. The interval of a score s, which is of the
+ * classifiers as they are, not of others like them, is s exp(-+ t e / s): e the standard error of a
+ * sum over subjects, scores taken about the mean of their class, and t the .975 quantile of
+ * Student's distribution with subjects less classes degrees of freedom. With dispersions the
+ * members depend on each other: shares count fewer, and lengths of the others grow by the roots,
+ * those of scores by the accuracy's.
  *   labels         [in]  [n] below classes; each class has members
  *   subjects       [in]  [n] as in srnf/subjects.h, or NULL
  *   evidence       [in]  [n][classes]
  *   probabilities  [in]  [n][classes]
  *   priors         [in]  [classes], positive
+ *   dispersions    [in]  of these classes, or NULL: members of different subjects are independent
  *   assessment     [out] srnf_assessment_clear; untouched on error
  * Cost n^2 classes. Errors: SRNF_EINVAL, SRNF_ENOMEM.
  */
 SRNF_CHECKED int srnf_assess(size_t n, size_t classes, const size_t *labels, const size_t *subjects,
                              const double *evidence, const double *probabilities,
-                             const double *priors, struct srnf_assessment *assessment);
+                             const double *priors, const struct srnf_dispersions *dispersions,
+                             struct srnf_assessment *assessment);
 /*
  * The 95 % interval of an area under the curve of `positives` against `negatives`: all A with
  * |auc - A| <= 1.96 sqrt(V(A)),
@@ -177,6 +181,7 @@ enum srnf_priors {
 };
 
 struct srnf_train_options {
+    size_t relabellings;                       /* as in srnf_classify_options */
     bool gauss;                                /* default true */
     struct srnf_register_options registration; /* as in srnf_folds_options */
     size_t components; /* of the Gaussians, 0 .. 64; default 0: chosen inside each fold, of 20 */
@@ -217,6 +222,7 @@ struct srnf_trained {
     double *probabilities; /* [n][classes] */
     size_t *components;    /* [n] of the Gaussians of its fold; NULL: none */
     struct srnf_assessment assessment;
+    struct srnf_dispersions dispersions; /* that its intervals rest on */
 };
 void srnf_trained_clear(struct srnf_trained *trained);
 

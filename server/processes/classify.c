@@ -88,7 +88,11 @@ static const struct process_input inputs[] = {
 static const struct process_output outputs[] = {
     {"methods", OUTPUT_OBJECT,
      "By name: accuracy; correct; confidenceInterval (Wilson, 95 %, with effectiveCount members, n "
-     "p (1 - p) over the variance of p between subjects: Rao and Scott 1992); confusion (rows: "
+     "p (1 - p) over the variance of p, the larger of that between subjects, Rao and Scott 1992, "
+     "and that of 100 relabellings, as members that are left out of each other are right or wrong "
+     "together); balancedAccuracy, the mean share of each class that is told, and auc of each "
+     "class "
+     "against the rest, {value, interval} likewise; confusion (rows: "
      "labels, columns: predictions, in the order of classes); perSubject, of each member "
      "[{subject, label, predicted, logLikelihoods or nearestDistances, of each class; typicality, "
      "{value, limit, percentile} of its residual, distance and mahalanobis in the fold that left "
@@ -136,11 +140,14 @@ static const struct process_output outputs[] = {
 static void check_folds(struct process_inputs *given, const struct classify_classes *classes)
 {
     long components = (long)json_integer_value(json_object_get(given->canonical, "components"));
-    size_t features = (components ? (size_t)components : 1) +
-                      inputs_chose(given->canonical, "scale", "shape-and-size") +
-                      json_array_size(json_object_get(given->canonical, "covariates"));
+    size_t numbers = inputs_chose(given->canonical, "scale", "shape-and-size") +
+                     json_array_size(json_object_get(given->canonical, "covariates"));
+    size_t features = (components ? (size_t)components : 1) + numbers;
     size_t freedom;
 
+    if (!classify_check_count(given, numbers)) {
+        return;
+    }
     freedom = inputs_chose(given->canonical, "covariance", "class")
                   ? classes->subjects[classes->smallest] - 2
                   : classes->determined;
@@ -184,7 +191,8 @@ static double seconds(const struct api_work *work, const json_t *canonical)
         const struct srnf_method *method = classify_method_find(json_string_value(name));
 
         sum += seconds_of_folds(method->metric, n, degree) +
-               seconds_of_label_permutations(method->gauss, n, 2.0, permutations);
+               seconds_of_label_permutations(method->gauss, n, 2.0,
+                                             permutations + (double)SRNF_RELABELLINGS);
     }
     return sum;
 }
@@ -223,8 +231,9 @@ static void set_costs(const struct classify_answer *answer, size_t n, double per
     for (size_t m = 0; m < n; m++) {
         list[m].comparison_cost =
             seconds_of_folds(list[m].metric, members, (double)answer->group.degree);
-        list[m].classifier_cost = seconds_of_label_permutations(
-            list[m].gauss, members, (double)answer->classes.count, permutations);
+        list[m].classifier_cost =
+            seconds_of_label_permutations(list[m].gauss, members, (double)answer->classes.count,
+                                          permutations + (double)SRNF_RELABELLINGS);
     }
 }
 
@@ -348,7 +357,9 @@ const struct api_process classify_process = {
         "that is right, and how often by chance.",
     .methods =
         "Labels were predicted by leave-one-out over subjects; template, registrations, mean and "
-        "components were made anew in each fold; accuracies have Wilson intervals of 95 %",
+        "components were made anew in each fold; accuracies have Wilson intervals of 95 %, with "
+        "the design effect of "
+        "100 relabellings",
     .table = &table,
     .seconds = seconds,
     .respond_table = classify_respond_table,

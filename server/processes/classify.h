@@ -64,6 +64,8 @@ void classify_classes_check(struct process_inputs *given, const json_t *cohort, 
 void classify_set_covariates(struct process_inputs *given);
 /* "size", or "size of .." of each of parts, and the covariates, as they are asked for. parts:
    names, or NULL of one structure. */
+/* Whether so many numbers count beside shape at most as classifiers take; a problem otherwise. */
+bool classify_check_count(struct process_inputs *given, size_t numbers);
 json_t *classify_number_names(bool with_size, const json_t *parts, const json_t *covariates);
 /*
  * [n][of these] logs of sizes and the covariates, of members that are loaded, part after part.

@@ -25,6 +25,20 @@ void classify_set_covariates(struct process_inputs *given)
     json_decref(members);
 }
 
+bool classify_check_count(struct process_inputs *given, size_t numbers)
+{
+    size_t covariates = json_array_size(json_object_get(given->canonical, "covariates"));
+
+    if (numbers > SRNF_FEATURES_MAX) {
+        problem_add(given->list, "/inputs/covariates",
+                    "has %zu names, which with the sizes are %zu numbers beside shape; at most %zu "
+                    "are taken",
+                    covariates, numbers, SRNF_FEATURES_MAX);
+        return false;
+    }
+    return true;
+}
+
 json_t *classify_number_names(bool with_size, const json_t *parts, const json_t *covariates)
 {
     json_t *names = json_array();

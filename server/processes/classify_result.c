@@ -4,6 +4,7 @@
 #include "processes/classify.h"
 
 #include "api/warnings.h"
+#include "toolkit/assessment.h"
 #include "toolkit/group_doubts.h"
 #include "toolkit/handedness.h"
 #include "toolkit/permutation_test.h"
@@ -82,11 +83,12 @@ static json_t *method_json(const struct srnf_classification *r,
             (void)json_array_append_new(covariance, json_string(r->pooled[i] ? "pooled" : "class"));
         }
     }
-    document =
-        json_pack("{s:f, s:I, s:[f, f], s:f, s:o, s:o, s:o, s:o}", "accuracy", r->accuracy,
-                  "correct", (json_int_t)r->correct, "confidenceInterval", r->interval[0],
-                  r->interval[1], "effectiveCount", r->effective, "confusion", confusion,
-                  "perSubject", per_subject, "components", components, "covariance", covariance);
+    document = json_pack(
+        "{s:f, s:I, s:[f, f], s:f, s:o, s:o, s:o, s:o, s:o, s:o}", "accuracy", r->accuracy,
+        "correct", (json_int_t)r->correct, "confidenceInterval", r->interval[0], r->interval[1],
+        "effectiveCount", r->effective, "balancedAccuracy", assessment_rate(&r->balanced), "auc",
+        assessment_rates(r->auc, r->n_classes, classes->names), "confusion", confusion,
+        "perSubject", per_subject, "components", components, "covariance", covariance);
     permutation_set_p(document, "pValue", r->p_value, &r->test);
     set_refitted(document, method, fold);
     return document;

@@ -178,7 +178,7 @@ static bool assess(const struct group_input *group, const struct kept *kept,
 
     if (good) {
         status = srnf_assess(known.n, kept->classes, known.labels, known.subjects, known.evidence,
-                             known.probabilities, answer->priors, &found);
+                             known.probabilities, answer->priors, NULL, &found);
     }
     *assessment = status == SRNF_OK ? assessment_json(&found, kept->names) : json_null();
     srnf_assessment_clear(&found);

@@ -71,7 +71,8 @@ void train_check_folds(struct process_inputs *given, const struct classify_class
         srnf_train_determined(classes->count, classes->subjects,
                               !inputs_chose(given->canonical, "covariance", "class"), open);
 
-    if (inputs_chose(given->canonical, "method", train_methods[0]) && features > determined) {
+    if (classify_check_count(given, numbers) &&
+        inputs_chose(given->canonical, "method", train_methods[0]) && features > determined) {
         problem_add(given->list, components ? "/inputs/components" : "/inputs/covariance",
                     "asks for a covariance of %zu features, size and covariates counted; the "
                     "training subjects of an inner fold determine one of %zu",
@@ -139,6 +140,7 @@ static double seconds(const struct api_work *work, const json_t *canonical)
     double degree = json_number_value(json_object_get(canonical, "lmax"));
 
     return seconds_of_group(work, true) + seconds_of_folds(SRNF_METRIC_SRNF, n, degree) +
+           seconds_of_label_permutations(true, n, 2.0, (double)SRNF_RELABELLINGS) +
            seconds_of_inversion(degree);
 }
 

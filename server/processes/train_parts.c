@@ -74,7 +74,8 @@ static double seconds(const struct api_work *work, const json_t *canonical)
 
     return seconds_of_group(work, true) +
            parts * (seconds_of_folds(SRNF_METRIC_SRNF, members / parts, degree) +
-                    seconds_of_inversion(degree));
+                    seconds_of_inversion(degree)) +
+           seconds_of_label_permutations(true, members / parts, 2.0, (double)SRNF_RELABELLINGS);
 }
 
 /* ---- Warnings -------------------------------------------------------------------------------- */

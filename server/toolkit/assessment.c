@@ -3,18 +3,20 @@
  */
 #include "toolkit/assessment.h"
 
-static json_t *rate_json(const struct srnf_rate *rate)
+#include <math.h>
+
+json_t *assessment_rate(const struct srnf_rate *rate)
 {
     return json_pack("{s:o, s:[o, o]}", "value", json_finite(rate->value), "interval",
                      json_finite(rate->interval[0]), json_finite(rate->interval[1]));
 }
 
-static json_t *rates_json(const struct srnf_rate *rates, size_t n, const char *const *classes)
+json_t *assessment_rates(const struct srnf_rate *rates, size_t n, const char *const *classes)
 {
     json_t *object = json_object();
 
     for (size_t c = 0; c < n; c++) {
-        (void)json_object_set_new(object, classes[c], rate_json(&rates[c]));
+        (void)json_object_set_new(object, classes[c], assessment_rate(&rates[c]));
     }
     return object;
 }
@@ -69,15 +71,18 @@ json_t *assessment_json(const struct srnf_assessment *a, const char *const *clas
 {
     json_t *calibration = json_object();
     json_t *document = json_pack(
-        "{s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "members",
-        (json_int_t)a->n, "subjects", (json_int_t)a->subjects, "correct", (json_int_t)a->correct,
-        "accuracy", rate_json(&a->accuracy), "effectiveCount", json_finite(a->effective),
-        "balancedAccuracy", rate_json(&a->balanced), "sensitivity",
-        rates_json(a->sensitivity, a->classes, classes), "auc",
-        rates_json(a->auc, a->classes, classes), "chance", json_finite(a->chance), "majorityRate",
-        json_finite(a->majority), "brier", json_finite(a->brier), "brierReference",
+        "{s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}",
+        "members", (json_int_t)a->n, "subjects", (json_int_t)a->subjects, "correct",
+        (json_int_t)a->correct, "accuracy", assessment_rate(&a->accuracy), "effectiveCount",
+        json_finite(a->effective), "balancedAccuracy", assessment_rate(&a->balanced), "sensitivity",
+        assessment_rates(a->sensitivity, a->classes, classes), "auc",
+        assessment_rates(a->auc, a->classes, classes), "chance", json_finite(a->chance),
+        "majorityRate", json_finite(a->majority), "brier", json_finite(a->brier), "brierReference",
         json_finite(a->brier_reference), "logLoss", json_finite(a->log_loss), "logLossReference",
-        json_finite(a->log_loss_reference), "confusion", confusion_json(a));
+        json_finite(a->log_loss_reference), "brierInterval", json_vector(a->brier_interval, 2),
+        "logLossInterval",
+        isfinite(a->log_loss) ? json_vector(a->log_loss_interval, 2) : json_null(), "confusion",
+        confusion_json(a));
 
     for (size_t c = 0; c < a->classes; c++) {
         (void)json_object_set_new(calibration, classes[c],

@@ -7,22 +7,26 @@
 #include "toolkit/process.h"
 
 /* What assessment_json has, for the tables of outputs. */
-#define ASSESSMENT_TEXT                                                                            \
-    "members; subjects; correct; accuracy {value, interval}, with effectiveCount (intervals are "  \
-    "of "                                                                                          \
-    "95 %; of shares Wilson's, by the members' number as independent ones); balancedAccuracy, "    \
-    "the "                                                                                         \
-    "mean share of each class that is told, and sensitivity of each class; auc of each class "     \
-    "against the rest (Newcombe 2006, method 5, with numbers of subjects); chance, the sum of "    \
-    "squared shares of the labels, which labels drawn in these proportions get right, and "        \
-    "majorityRate, which always naming the largest class does; brier and logLoss with those of "   \
-    "always saying the priors (brierReference, logLossReference), a logLoss null where the label " \
-    "of a member had the probability 0; confusion (rows: labels, columns: predictions, in the "    \
-    "order of classes); calibration, for each class ten bins [{from, to, members, "                \
+#define ASSESSMENT_TEXT                                                                           \
+    "members; subjects; correct; accuracy {value, interval}, with effectiveCount (intervals are " \
+    "of 95 %; of shares Wilson's, by the members' number as independent ones, and where members " \
+    "are left out of each other wider, by how far results without any effect vary more than "     \
+    "those of independent members); balancedAccuracy, the "                                       \
+    "mean share of each class that is told, and sensitivity of each class; auc of each class "    \
+    "against the rest (Newcombe 2006, method 5, with numbers of subjects); chance, the sum of "   \
+    "squared shares of the labels, which labels drawn in these proportions get right, and "       \
+    "majorityRate, which always naming the largest class does; brier and logLoss with those of "  \
+    "always saying the priors (brierReference, logLossReference) and their brierInterval and "    \
+    "logLossInterval, a logLoss and its interval null where the label "                           \
+    "of a member had the probability 0; confusion (rows: labels, columns: predictions, in the "   \
+    "order of classes); calibration, for each class ten bins [{from, to, members, "               \
     "meanProbability, observed, interval}] of its probability, numbers null where a bin is empty"
 
 /* classes: [assessment->classes] names. New reference. */
 json_t *assessment_json(const struct srnf_assessment *assessment, const char *const *classes);
+/* {value, interval}, and {name: {value, interval}} of each class. */
+json_t *assessment_rate(const struct srnf_rate *rate);
+json_t *assessment_rates(const struct srnf_rate *rates, size_t n, const char *const *classes);
 /* {name: number} of each class. */
 json_t *assessment_by_class(const double *values, size_t n, const char *const *classes);
 

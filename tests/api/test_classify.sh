@@ -33,6 +33,8 @@ is "$STATUS" 200 'five methods at once'
 is "$(json '.classes | join(" ")')" 'thalamus pallidum' 'classes are in the order of the labels'
 is "$(json '[.methods[] | .accuracy >= .confidenceInterval[0] and .accuracy <= .confidenceInterval[1]] | tojson')" \
     '[true,true,true,true,true]' 'each accuracy lies in its interval'
+is "$(json '[.methods[] | .balancedAccuracy, .auc.thalamus, .auc.pallidum | .value == 1 and .interval[0] < 1 and .interval[1] == 1] | all')" \
+    true 'as do balanced accuracies and areas under curves in theirs'
 is "$(json '[.methods[] | (.confusion | add | add) == 6 and .correct == .confusion[0][0] + .confusion[1][1]] | all')" true \
     'confusions count all subjects'
 is "$(json '[.methods[] | .accuracy] | unique | tojson')" '[1]' 'the kinds are told apart by all of them'

@@ -140,6 +140,7 @@ static inline void nulls_classify(const struct nulls *a, const size_t *subjects,
     folds.refit = refit;
     folds.subjects = subjects;
     options.permutations = permutations;
+    options.relabellings = 0;
     options.seed = seed;
     assert_int_equal(srnf_folds_compare(a->g.sht, SRNF_METRIC_SRNF, NULLS_MEMBERS, a->g.surfaces,
                                         &folds, NULL, &c, NULL),

@@ -78,8 +78,9 @@ static void check(const struct expected *e)
     for (size_t i = 0; i < N; i++) {
         srnf_platt_apply(&platt, priors, evidence + i * e->classes, probabilities + i * e->classes);
     }
-    assert_int_equal(srnf_assess(N, e->classes, labels, given, evidence, probabilities, priors, &a),
-                     SRNF_OK);
+    assert_int_equal(
+        srnf_assess(N, e->classes, labels, given, evidence, probabilities, priors, NULL, &a),
+        SRNF_OK);
     assert_true(fabs(a.brier - e->brier) < 1e-7);
     assert_true(fabs(a.log_loss - e->log_loss) < 1e-7);
     assert_true(fabs(a.log_loss_reference - log((double)e->classes)) < 1e-12);
@@ -182,7 +183,7 @@ static void weighs_classes(void **state)
         p[2 * i] = 0.8;
         p[2 * i + 1] = 0.2;
     }
-    assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, &a), SRNF_OK);
+    assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, NULL, &a), SRNF_OK);
     assert_true(a.accuracy.value == 0.75 && a.majority == 0.75);
     assert_true(fabs(a.chance - 0.625) < 1e-15);
     assert_true(fabs(a.balanced.value - 0.5) < 1e-15);
@@ -191,6 +192,47 @@ static void weighs_classes(void **state)
     assert_true(fabs(a.brier - 0.5 * (0.04 + 0.64)) < 1e-14);
     assert_true(fabs(a.brier_reference - 0.25) < 1e-14);
     srnf_assessment_clear(&a);
+}
+
+/* Members that depend on each other: shares count fewer, all other lengths grow by the roots. */
+static void dispersions_widen(void **state)
+{
+    struct srnf_dispersion of_classes[4] = {{4.0, 2.0}, {4.0, 2.0}, {9.0, 4.0}, {9.0, 4.0}};
+    const struct srnf_dispersions d = {.relabellings = 1,
+                                       .accuracy = {4.0, 2.0},
+                                       .balanced = {4.0, 1.0},
+                                       .sensitivity = of_classes,
+                                       .auc = of_classes + 2};
+    const double priors[2] = {0.5, 0.5};
+    double evidence[2 * N], p[2 * N], log_brier[2];
+    size_t labels[N];
+    struct srnf_assessment a, b;
+
+    (void)state;
+    for (size_t i = 0; i < N; i++) {
+        labels[i] = i % 2;
+        evidence[2 * i] = (double)((i * 7) % 5) + (labels[i] ? 0.0 : 1.5);
+        evidence[2 * i + 1] = 2.0;
+        p[2 * i] = 0.1 + 0.15 * ((double)((i * 7) % 5) + (labels[i] ? 0.0 : 1.0));
+        p[2 * i + 1] = 1.0 - p[2 * i];
+    }
+    assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, NULL, &a), SRNF_OK);
+    assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, &d, &b), SRNF_OK);
+    assert_true(b.accuracy.value == a.accuracy.value && b.brier == a.brier);
+    assert_true(fabs(b.effective - (double)N / 4.0) < 1e-12);
+    assert_true(b.accuracy.interval[0] < a.accuracy.interval[0]);
+    assert_true(b.accuracy.interval[1] > a.accuracy.interval[1]);
+    assert_true(b.auc[0].interval[0] < a.auc[0].interval[0]);
+    assert_true(b.auc[0].interval[1] > a.auc[0].interval[1]);
+    assert_true(b.balanced.interval[0] == a.balanced.interval[0]);
+    assert_true(b.balanced.interval[1] > a.balanced.interval[1]);
+    assert_true(a.brier_interval[0] < a.brier && a.brier < a.brier_interval[1]);
+    assert_true(a.log_loss_interval[0] < a.log_loss && a.log_loss < a.log_loss_interval[1]);
+    log_brier[0] = log(a.brier_interval[1] / a.brier);
+    log_brier[1] = log(b.brier_interval[1] / b.brier);
+    assert_true(fabs(log_brier[1] / log_brier[0] - 2.0) < 1e-9);
+    srnf_assessment_clear(&a);
+    srnf_assessment_clear(&b);
 }
 
 static void refuses(void **state)
@@ -210,21 +252,22 @@ static void refuses(void **state)
     assert_int_equal(srnf_platt_fit(N, 2, evidence, labels, subjects, &platt), SRNF_EINVAL);
     assert_int_equal(srnf_platt_fit(N, 3, evidence, labels, NULL, &platt), SRNF_EINVAL);
     assert_int_equal(srnf_platt_fit(N, 1, evidence, labels, NULL, &platt), SRNF_EINVAL);
-    assert_int_equal(srnf_assess(N, 2, labels, subjects, evidence, p, priors, &a), SRNF_EINVAL);
-    assert_int_equal(srnf_assess(N, 1, labels, NULL, evidence, p, priors, &a), SRNF_EINVAL);
+    assert_int_equal(srnf_assess(N, 2, labels, subjects, evidence, p, priors, NULL, &a),
+                     SRNF_EINVAL);
+    assert_int_equal(srnf_assess(N, 1, labels, NULL, evidence, p, priors, NULL, &a), SRNF_EINVAL);
     assert_int_equal(srnf_mcnemar(N, subjects, right, right, only, p), SRNF_EINVAL);
     assert_int_equal(srnf_mcnemar(0, NULL, right, right, only, p), SRNF_EINVAL);
     evidence[5] = NAN;
     assert_int_equal(srnf_platt_fit(N, 2, evidence, labels, NULL, &platt), SRNF_EINVAL);
-    assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, &a), SRNF_EINVAL);
+    assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, NULL, &a), SRNF_EINVAL);
     evidence[5] = 0.0;
     priors[1] = 0.0;
-    assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, &a), SRNF_EINVAL);
+    assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, NULL, &a), SRNF_EINVAL);
     priors[1] = 0.5;
     for (size_t i = 0; i < N; i++) {
         labels[i] = 0;
     }
-    assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, &a), SRNF_EINVAL);
+    assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, NULL, &a), SRNF_EINVAL);
 }
 
 int main(void)
@@ -232,7 +275,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(agrees_with_scipy), cmocka_unit_test(intervals),
         cmocka_unit_test(compares_methods),  cmocka_unit_test(says_the_priors),
-        cmocka_unit_test(weighs_classes),    cmocka_unit_test(refuses),
+        cmocka_unit_test(weighs_classes),    cmocka_unit_test(dispersions_widen),
+        cmocka_unit_test(refuses),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

@@ -70,6 +70,7 @@ static int run_classifier(bool gauss)
     int status;
 
     o.permutations = 3;
+    o.relabellings = 2;
     o.log_scale = size;
     status = (gauss ? srnf_classify_gauss : srnf_classify_nearest)(&planted, labels, 2, &o, NULL,
                                                                    &r, NULL);
@@ -88,21 +89,23 @@ static int run_methods(void)
         {.name = "other", .metric = SRNF_METRIC_HARMONIC},
     };
     static const double scales[N] = {1.0, 2.0, 1.0, 3.0, 1.0, 2.0, 1.0};
-    const struct srnf_methods_inputs inputs = {.n = N,
-                                               .surfaces = g.surfaces,
-                                               .scales = scales,
-                                               .labels = labels,
-                                               .n_classes = 2,
-                                               .n_methods = 2,
-                                               .methods = methods,
-                                               .comparison = srnf_folds_options_defaults(),
-                                               .classifier = srnf_classify_options_defaults(),
-                                               .alpha = 0.05};
+    struct srnf_methods_inputs inputs = {.n = N,
+                                         .surfaces = g.surfaces,
+                                         .scales = scales,
+                                         .labels = labels,
+                                         .n_classes = 2,
+                                         .n_methods = 2,
+                                         .methods = methods,
+                                         .comparison = srnf_folds_options_defaults(),
+                                         .classifier = srnf_classify_options_defaults(),
+                                         .alpha = 0.05};
     struct srnf_classification results[2];
     struct srnf_folds_typicality typicality[2];
     const char *step = NULL;
-    int status =
-        srnf_classify_by_methods(g.sht, &inputs, NULL, results, typicality, NULL, &step, NULL);
+    int status;
+
+    inputs.classifier.relabellings = 1;
+    status = srnf_classify_by_methods(g.sht, &inputs, NULL, results, typicality, NULL, &step, NULL);
 
     assert_non_null(step);
     for (size_t m = 0; m < 2; m++) {

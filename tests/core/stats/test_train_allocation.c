@@ -30,7 +30,7 @@ static int run_assess(void)
 {
     const double priors[2] = {0.5, 0.5};
     struct srnf_assessment a = {.n = 0};
-    int status = srnf_assess(N, 2, labels, subjects, evidence, probabilities, priors, &a);
+    int status = srnf_assess(N, 2, labels, subjects, evidence, probabilities, priors, NULL, &a);
 
     assert_true((a.predicted != NULL) == (status == SRNF_OK));
     srnf_assessment_clear(&a);
@@ -110,6 +110,7 @@ int main(void)
     group_open_stars(&g, DEGREE, N, 0.3);
     options = srnf_train_options_defaults();
     options.registration.degree = 2;
+    options.relabellings = 2;
     options.registration.common_pose = true;
     for (size_t i = 0; i < N; i++) {
         labels[i] = i % 2;
