@@ -8,6 +8,19 @@
  *
  * h_i the diagonal of the projection on the design, from which T follows once V is known; where it
  * comes out negative it is 0.
+ *
+ * Squared norms of whole surfaces are sums of very different squares, of unknown degrees of
+ * freedom, so that their variance is taken from how subjects differ. V = sum l_i / sum f_i is a
+ * ratio, with the standard error s,
+ *
+ *     s^2 = n / (n - 1) sum (l_i - V f_i)^2 / (sum f_i)^2,
+ *
+ * and the interval V exp(-+ t s / V), t of Student's distribution with n - 1 degrees of freedom.
+ * G = |R|^2 / (n - p) likewise, from the r_i = |R_i|^2 with the expectation
+ * G_i = (T + V / S_i) (1 - h_i), n - p degrees of freedom and terms (r_i - G_i) / (1 - h_i). That
+ * of T = G - k V, k = sum (1 - h_i) / S_i / (n - p), follows from both (G. Zou, A. Donner,
+ * Statistics in Medicine 27, 2008): below T by the root of (G - lower G)^2 + k^2 (upper V - V)^2,
+ * above it likewise; no end is below 0. Of two visits of each V is not known, and has no interval.
  */
 #include "trajectories.h"
 
@@ -34,6 +47,102 @@ static int average_design(struct trajectory_run *run)
     return regress_average_nested(design, s, run->nested, run->nested_values);
 }
 
+/* value exp(-+ t error / value). */
+static void set_interval(double value, double error, double freedom, double interval[2])
+{
+    double reach = value > 0.0 ? subjects_student(freedom) * error / value : 0.0;
+
+    interval[0] = value * exp(-reach);
+    interval[1] = value * exp(reach);
+}
+
+static void find_within(struct trajectory_run *run)
+{
+    struct srnf_trajectories *out = run->out;
+    double freedom = (double)out->freedom;
+    double left = 0.0;
+    double squares = 0.0;
+
+    out->within_interval[0] = out->within_interval[1] = NAN;
+    for (size_t i = 0; i < run->n; i++) {
+        left += run->left[i];
+    }
+    out->within = out->freedom > 0 ? left / freedom : 0.0;
+    for (size_t i = 0; i < run->n; i++) {
+        double off = run->left[i] - out->within * (double)(run->subjects.size[i] - 2);
+
+        squares += off * off;
+    }
+    if (out->freedom > 0) {
+        double n = (double)run->n;
+
+        set_interval(out->within, sqrt(n / (n - 1.0) * squares) / freedom, n - 1.0,
+                     out->within_interval);
+    }
+}
+
+/* From squares of residuals and 1 - h_i of the subjects. */
+static void set_between(struct trajectory_run *run, const double *squares, const double *rest)
+{
+    struct srnf_trajectories *out = run->out;
+    double freedom = 0.0;
+    double left = 0.0;
+    double noise = 0.0;
+    double sum = 0.0;
+    double excess;
+    double lower[2], upper[2], whole[2];
+
+    for (size_t i = 0; i < run->n; i++) {
+        freedom += rest[i];
+        left += squares[i];
+        noise += rest[i] / run->spread[i];
+    }
+    freedom = round(freedom);
+    left /= freedom;
+    noise /= freedom;
+    excess = left - out->within * noise;
+    out->between = fmax(excess, 0.0);
+    for (size_t i = 0; i < run->n; i++) {
+        double expected = rest[i] * (excess + out->within / run->spread[i]);
+        double off = rest[i] > SAME ? (squares[i] - expected) / rest[i] : 0.0;
+
+        sum += off * off;
+    }
+    set_interval(left, sqrt(sum) / freedom, freedom, whole);
+    lower[0] = left - whole[0];
+    upper[0] = whole[1] - left;
+    lower[1] = out->freedom > 0 ? noise * (out->within_interval[1] - out->within) : 0.0;
+    upper[1] = out->freedom > 0 ? noise * (out->within - out->within_interval[0]) : 0.0;
+    out->between_interval[0] = fmax(excess - hypot(lower[0], lower[1]), 0.0);
+    out->between_interval[1] = fmax(excess + hypot(upper[0], upper[1]), 0.0);
+}
+
+/* The diagonal of (1 - H) G (1 - H), from G and the columns of H = U U'. work: [n][n]. */
+static void square_residuals(size_t n, const struct regress_fit *fit, const double *gram,
+                             double *work, double *scratch, double *squares, double *rest)
+{
+    memcpy(work, gram, n * n * sizeof *work);
+    for (size_t i = 0; i < n; i++) {
+        rest[i] = 1.0;
+    }
+    for (size_t k = 0; k < fit->basis.count; k++) {
+        const double *u = fit->basis.vectors + k * n;
+
+        for (size_t i = 0; i < n; i++) {
+            rest[i] -= u[i] * u[i];
+        }
+        cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)n, (int)n, 1.0, work, (int)n, u, 1, 0.0,
+                    scratch, 1);
+        cblas_dger(CblasRowMajor, (int)n, (int)n, -1.0, scratch, 1, u, 1, work, (int)n);
+        cblas_dgemv(CblasRowMajor, CblasTrans, (int)n, (int)n, 1.0, work, (int)n, u, 1, 0.0,
+                    scratch, 1);
+        cblas_dger(CblasRowMajor, (int)n, (int)n, -1.0, u, 1, scratch, 1, work, (int)n);
+    }
+    for (size_t i = 0; i < n; i++) {
+        squares[i] = fmax(work[i * n + i], 0.0);
+    }
+}
+
 /* T, from the residuals of slopes that weigh the same. */
 static int find_between(struct trajectory_run *run, struct srnf_error *error)
 {
@@ -41,8 +150,8 @@ static int find_between(struct trajectory_run *run, struct srnf_error *error)
     size_t size = 3 * run->points;
     struct regress_fit fit = {0};
     double *y = srnf_alloc(n, size * sizeof(double));
-    double *gram = srnf_alloc(n, n * sizeof(double));
-    double *scratch = srnf_alloc(n, sizeof(double));
+    double *gram = srnf_alloc(2 * n, n * sizeof(double));
+    double *scratch = srnf_alloc(3 * n, sizeof(double));
     int status = y && gram && scratch
                      ? regress_fit_create(&fit, n, NULL, run->design->columns, run->values, error)
                      : SRNF_ENOMEM;
@@ -52,25 +161,8 @@ static int find_between(struct trajectory_run *run, struct srnf_error *error)
         status = stats_gram(n, size, y, gram, error);
     }
     if (status == SRNF_OK) {
-        double left = 0.0;
-        double noise = 0.0;
-
-        for (size_t i = 0; i < n; i++) {
-            left += gram[i * n + i];
-            noise += 1.0 / run->spread[i];
-        }
-        for (size_t k = 0; k < fit.basis.count; k++) {
-            const double *u = fit.basis.vectors + k * n;
-
-            cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)n, (int)n, 1.0, gram, (int)n, u, 1, 0.0,
-                        scratch, 1);
-            left -= cblas_ddot((int)n, u, 1, scratch, 1);
-            for (size_t i = 0; i < n; i++) {
-                noise -= u[i] * u[i] / run->spread[i];
-            }
-        }
-        run->out->between =
-            fmax(left - run->out->within * noise, 0.0) / (double)(n - fit.basis.count);
+        square_residuals(n, &fit, gram, gram + n * n, scratch, scratch + n, scratch + 2 * n);
+        set_between(run, scratch + n, scratch + 2 * n);
     }
     regress_fit_clear(&fit);
     srnf_free(y);
@@ -113,13 +205,9 @@ static void scale_rows(size_t n, size_t columns, const double *roots, double *ro
 int trajectory_weigh(struct trajectory_run *run, struct srnf_error *error)
 {
     size_t columns = run->design->columns;
-    double left = 0.0;
     int status = average_design(run);
 
-    for (size_t i = 0; i < run->n; i++) {
-        left += run->left[i];
-    }
-    run->out->within = run->out->freedom > 0 ? left / (double)run->out->freedom : 0.0;
+    find_within(run);
     status = status ? status : find_between(run, error);
     if (status) {
         return status;

@@ -86,6 +86,7 @@ struct srnf_trajectories {
     /* Squared L2 norms of SRNFs: of a visit about the line of its subject, with its degrees of
        freedom, and of slopes about the model, beyond what the former makes of them. */
     double within, between;
+    double within_interval[2], between_interval[2]; /* 95 %: core/stats/trajectories_weights.c */
     size_t freedom; /* 0: two visits of each; within is 0 and all weights are 1 */
     bool weighted;  /* not all weights are 1 */
     /* All slopes together: change is their weighted mean, fluctuating how they differ, individual

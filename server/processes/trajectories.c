@@ -76,6 +76,10 @@ static const struct process_output outputs[] = {
     {"between", OUTPUT_NUMBER,
      "Variance of slopes about the model beyond what within makes of them; with two visits of each "
      "all of it."},
+    {"withinInterval", "\"type\":[\"array\",\"null\"],\"items\":{" OUTPUT_NUMBER "}",
+     "95 % of within, from how subjects differ; null where within is."},
+    {"betweenInterval", OUTPUT_NUMBERS,
+     "95 % of between, likewise; from 0 on where it need not be there."},
     {"perSubject", OUTPUT_OBJECTS,
      "[{subject, visits, times (first and last), weight, length (root of the mean square of its "
      "displacement per unit of time), along (its part along what the other subjects predict for "

@@ -151,6 +151,10 @@ json_t *trajectories_document(struct jobs_run *run, const struct trajectories *a
     (void)json_object_set_new(document, "within",
                               found->freedom ? json_finite(found->within) : json_null());
     (void)json_object_set_new(document, "between", json_finite(found->between));
+    (void)json_object_set_new(document, "withinInterval",
+                              found->freedom ? json_vector(found->within_interval, 2)
+                                             : json_null());
+    (void)json_object_set_new(document, "betweenInterval", json_vector(found->between_interval, 2));
     (void)json_object_set_new(document, "perSubject", subjects_json(asked, found, points, scale));
     if (!json_object_get(document, "model")) {
         (void)json_object_set_new(document, "model", json_null());

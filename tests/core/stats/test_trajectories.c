@@ -171,6 +171,8 @@ static void numbers_are_those_of_least_squares(void **state)
         assert_int_equal(out.freedom, e.freedom);
         assert_int_equal(out.weighted, unequal);
         figure_below("variance within, relative", fabs(out.within / e.within - 1.0), 1e-10);
+        assert_true(out.within_interval[0] < out.within && out.within < out.within_interval[1]);
+        assert_true(out.between_interval[0] < out.between && out.between < out.between_interval[1]);
         figure_below("variance between, relative", fabs(out.between / e.between - 1.0), 1e-9);
         for (size_t i = 0; i < l.n; i++) {
             const double *own = e.slopes + i * l.size;

@@ -12,10 +12,34 @@
 #define RUNS ((size_t)200)
 #define N ((size_t)12)
 
+/* A variance of each study with its interval. */
+struct variances {
+    double value[RUNS], interval[RUNS][2];
+};
+
+/* Those that miss the mean of all, which are not biased. */
+static size_t count_missed(const struct variances *v, const char *name)
+{
+    size_t above = 0;
+    size_t below = 0;
+    double mean = 0.0;
+
+    for (size_t run = 0; run < RUNS; run++) {
+        mean += v->value[run] / (double)RUNS;
+    }
+    for (size_t run = 0; run < RUNS; run++) {
+        above += v->interval[run][0] > mean;
+        below += v->interval[run][1] < mean;
+    }
+    printf("# variance %s: %zu intervals above the mean, %zu below\n", name, above, below);
+    return above + below;
+}
+
 static void nothing_is_found_at_the_level(void **state)
 {
     (void)state;
     for (size_t unequal = 0; unequal < 2; unequal++) {
+        static struct variances within, between;
         size_t slope = 0;
         size_t slope_map = 0;
         size_t group = 0;
@@ -37,6 +61,10 @@ static void nothing_is_found_at_the_level(void **state)
             group_map += out.model.test_of[0].max_p_value <= 0.05;
             reported[0] += group_least(l.g.points, out.slope.fdr) <= 0.05;
             reported[1] += group_least(l.g.points, out.model.test_of[0].fdr) <= 0.05;
+            within.value[run] = out.within;
+            between.value[run] = out.between;
+            memcpy(within.interval[run], out.within_interval, sizeof out.within_interval);
+            memcpy(between.interval[run], out.between_interval, sizeof out.between_interval);
             srnf_trajectories_clear(&out);
             lines_close(&l);
         }
@@ -47,6 +75,8 @@ static void nothing_is_found_at_the_level(void **state)
         /* Binomial(200, .05): above 20 with a chance of 1e-3, below 2 as well. */
         assert_true(slope >= 2 && slope <= 20 && slope_map >= 2 && slope_map <= 20);
         assert_true(group >= 2 && group <= 20 && group_map >= 2 && group_map <= 20);
+        assert_true(count_missed(&within, "within") <= 20);
+        assert_true(count_missed(&between, "between") <= 20);
         assert_true(reported[0] <= 20 && reported[1] <= 20);
     }
 }
