@@ -17,6 +17,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "api/alike.h"
 #include "api/cohorts.h"
 #include "api/numerals.h"
 #include "api/warnings.h"
@@ -407,8 +408,51 @@ static void warn_of_strays(const struct study_table *table, size_t column, json_
                 strays->others == 1 ? "it" : "them");
 }
 
+/* A column of texts: those that may be meant to be the same, and numbers with their unit behind.
+   A label says nothing where its cell is empty alone. */
+static void warn_of_texts(const struct study_table *table, size_t column, json_t *warnings)
+{
+    const char *name = table->cells.cells[column], *unit;
+    json_t *collection = json_object(), *texts = json_array(), *found;
+    char quoted[400];
+
+    for (size_t i = 0; i < table->cells.rows; i++) {
+        const char *cell = delimited_cell(&table->cells, i, column);
+
+        if (!says_nothing(cell)) {
+            alike_add(collection, cell);
+            (void)json_array_append_new(texts, json_string(cell));
+        }
+    }
+    found = alike_found(collection);
+    alike_warn(warnings, name, found);
+    unit = column == table->label ? NULL : alike_unit(texts);
+    if (unit) {
+        alike_quote(texts, quoted, sizeof quoted);
+        warning_add(warnings, "column-is-text",
+                    json_pack("{s:s, s:I, s:O, s:s, s:i, s:I}", "column", name, "line",
+                              (json_int_t)table->cells.lines[1], "cell", json_array_get(texts, 0),
+                              "unit", unit, "numbers", 0, "others",
+                              (json_int_t)json_array_size(texts)),
+                    "Column %.80s is read as text, since the unit \"%.20s\" stands behind its "
+                    "numbers: %s. Give numbers alone for it to count as one.",
+                    name, unit, quoted);
+    }
+    json_decref(found);
+    json_decref(texts);
+    json_decref(collection);
+}
+
 void study_table_warn(const struct study_table *table, json_t *warnings)
 {
+    for (size_t i = 0; i < table->cells.columns; i++) {
+        bool named = table->cells.cells[i][0] && i != table->key && i != table->subject;
+
+        if (named && (i == table->label || table->kinds[i] == STUDY_TEXT) && i != table->side &&
+            i != table->mirror) {
+            warn_of_texts(table, i, warnings);
+        }
+    }
     for (size_t i = 0; i < table->cells.columns; i++) {
         if (table->strays[i].others > 0 && !is_text_column(table, i)) {
             warn_of_strays(table, i, warnings);

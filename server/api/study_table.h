@@ -41,8 +41,9 @@ enum delimited_status study_table_read(const void *text, size_t size, const char
                                        char problem[DELIMITED_PROBLEM_MAX]);
 void study_table_clear(struct study_table *table);
 
-/* Adds warnings to the array: of covariates that are text because of few cells (column-is-text),
-   and of a table without labels (no-label-column). */
+/* Adds warnings to the array: of covariates that are text because of few cells or of a unit
+   (column-is-text), of texts that may be meant to be the same (labels-alike), and of a table
+   without labels (no-label-column). */
 void study_table_warn(const struct study_table *table, json_t *warnings);
 /* The columns with what their cells are read as, and how many say nothing:
    [{"name", "kind", "missing"}] (new reference). */

@@ -32,6 +32,7 @@ static const char *const codes[] = {
     "few-replicates",
     "few-subjects",
     "label-at-border",
+    "labels-alike",
     "landmark-off-surface",
     "landmarks-raise-distance",
     "mean-not-converged",

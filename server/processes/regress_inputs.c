@@ -107,6 +107,7 @@ static void echo_cohort(json_t *cohort)
     (void)json_object_del(design, "atRows");
     (void)json_object_del(design, "tests");
     (void)json_object_del(design, "mixed");
+    (void)json_object_del(design, "alike");
 }
 
 const struct input_own regress_cohort = {

@@ -77,6 +77,21 @@ static void refuse_value(struct process_inputs *inputs, const json_t *members, s
                 name, there[0] ? "the cohort has " : "the cohort has none", there);
 }
 
+bool covariate_takes(double value)
+{
+    return fabs(value) <= COVARIATE_MOST;
+}
+
+static void refuse_size(struct process_inputs *inputs, const json_t *members, size_t i,
+                        const json_t *value, const char *name, const char *pointer)
+{
+    char who[GROUP_MEMBER_TEXT];
+
+    group_member_text(inputs, members, i, who);
+    problem_add(inputs->list, pointer, "\"%.60s\" of %s of the cohort is %.6g; " COVARIATE_TAKEN,
+                name, who, json_number_value(value));
+}
+
 /* Those of one name, of all members; NULL with a problem noted at the pointer. */
 static json_t *read_values(struct process_inputs *inputs, const json_t *members, const char *name,
                            const char *pointer)
@@ -91,6 +106,11 @@ static json_t *read_values(struct process_inputs *inputs, const json_t *members,
             (void)json_array_append_new(values, json_real(json_is_true(value) ? 1.0 : 0.0));
         } else if (json_is_number(value)) {
             (void)json_array_append_new(values, json_real(json_number_value(value) + 0.0));
+            if (!covariate_takes(json_number_value(value))) {
+                refuse_size(inputs, members, i, value, name, pointer);
+                json_decref(values);
+                return NULL;
+            }
         } else {
             refuse_value(inputs, members, i, value, name, pointer);
             json_decref(values);
@@ -98,6 +118,15 @@ static json_t *read_values(struct process_inputs *inputs, const json_t *members,
         }
     }
     return values;
+}
+
+void covariate_pointer(const struct process_inputs *inputs, size_t i, char *pointer, size_t size)
+{
+    if (json_array_size(json_object_get(inputs->canonical, "covariates")) > i) {
+        (void)snprintf(pointer, size, "/inputs/covariates/%zu", i);
+    } else { /* what the model asks of the cohort */
+        (void)snprintf(pointer, size, "/inputs/cohort");
+    }
 }
 
 json_t *covariate_values(struct process_inputs *inputs, const json_t *members, const json_t *names)
@@ -108,7 +137,7 @@ json_t *covariate_values(struct process_inputs *inputs, const json_t *members, c
     for (size_t i = 0; i < json_array_size(names); i++) {
         json_t *one;
 
-        (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", i);
+        covariate_pointer(inputs, i, pointer, sizeof pointer);
         one = read_values(inputs, members, json_string_value(json_array_get(names, i)), pointer);
         if (one) {
             (void)json_array_append_new(values, one);

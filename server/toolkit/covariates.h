@@ -9,6 +9,13 @@
 
 #define COVARIATES_INFLATION_WARNED 10.0 /* the usual rule of thumb */
 
+/* Beyond this, products of covariates and their squares are beyond double precision. */
+#define COVARIATE_MOST 1e50
+#define COVARIATE_TAKEN "numbers from -1e50 to 1e50 are taken"
+bool covariate_takes(double value);
+/* Where a problem with a covariate, number i, is told: where it was named, or else the cohort. */
+void covariate_pointer(const struct process_inputs *inputs, size_t i, char *pointer, size_t size);
+
 /* The input covariates: an array of names, by default none; typed as a json_t *, owned. */
 extern const struct input_own covariates_names;
 

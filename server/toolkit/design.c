@@ -149,6 +149,9 @@ static void set_design(const struct design_build *build, const struct design_col
     (void)json_object_set_new(design, "rows", rows);
     (void)json_object_set_new(design, "columns", names);
     (void)json_object_set_new(design, "terms", terms);
+    if (build->alike) {
+        (void)json_object_set(design, "alike", build->alike);
+    }
     if (build->mixed) {
         (void)json_object_set(design, "mixed", build->mixed);
     }

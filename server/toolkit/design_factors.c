@@ -8,7 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/alike.h"
 #include "api/cohorts.h"
+#include "toolkit/covariates.h"
 #include "toolkit/group.h"
 
 #define NAMES_SHOWN 240
@@ -119,6 +121,12 @@ static bool read_number(const struct design_build *build, struct design_factor *
                     "%.80s of member %zu (%.40s) is not a number: \"%.60s\" is %.10g there",
                     factor->source->text, i, id_of(build, i), name, x);
     }
+    if (isfinite(factor->value[i]) && !(covariate_takes(x) && covariate_takes(factor->value[i]))) {
+        problem_add(build->given->list, POINTER,
+                    "%.80s of member %zu (%.40s) is %.6g, \"%.60s\" %.6g there; " COVARIATE_TAKEN,
+                    factor->source->text, i, id_of(build, i), factor->value[i], name, x);
+        return false;
+    }
     return isfinite(factor->value[i]);
 }
 
@@ -179,22 +187,76 @@ static void note_mixed(struct design_build *build, const struct design_factor *f
     }
 }
 
+/* Notes levels that differ in case or white space alone, and numbers with their unit behind, which
+   are texts. seen: the levels. */
+static void note_texts(struct design_build *build, const struct design_factor *factor, json_t *seen)
+{
+    const char *name = factor->source->name, *key, *unit;
+    json_t *collection = json_object(), *texts = json_array(), *found, *value;
+
+    json_object_foreach(seen, key, value)
+    {
+        alike_add(collection, key);
+        (void)json_array_append_new(texts, json_string(key));
+    }
+    found = alike_found(collection);
+    if (found) {
+        build->alike = build->alike ? build->alike : json_array();
+        (void)json_array_append_new(build->alike,
+                                    json_pack("{s:s, s:O}", "of", name, "found", found));
+    }
+    unit = factor->source->function == FORMULA_LEVELS ? NULL : alike_unit(texts);
+    if (unit) {
+        build->mixed = build->mixed ? build->mixed : json_array();
+        (void)json_array_append_new(
+            build->mixed, json_pack("{s:s, s:O, s:s, s:i, s:I, s:O}", "column", name, "cell",
+                                    json_array_get(texts, 0), "unit", unit, "numbers", 0, "others",
+                                    (json_int_t)build->n, "cells", texts));
+    }
+    json_decref(found);
+    json_decref(texts);
+    json_decref(collection);
+}
+
 /* Why a factor is one of levels, for the end of a sentence: "" where it is meant to be. */
 static const char *why_levels(const struct design_build *build, const struct design_factor *factor,
                               char text[MIXED_TEXT])
 {
+    const char *name = factor->source->name;
     const json_t *one;
     size_t i;
 
     text[0] = '\0';
     json_array_foreach(build->mixed, i, one)
     {
-        if (strcmp(json_string_value(json_object_get(one, "column")), factor->source->name) == 0) {
+        const char *unit = json_string_value(json_object_get(one, "unit"));
+        const char *cell = json_string_value(json_object_get(one, "cell"));
+
+        if (strcmp(json_string_value(json_object_get(one, "column")), name) != 0) {
+            continue;
+        }
+        if (unit) {
+            (void)snprintf(text, MIXED_TEXT,
+                           ". It is text in the cohort, numbers with the unit \"%.20s\", "
+                           "\"%.60s\" first: give numbers alone",
+                           unit, cell);
+        } else {
             (void)snprintf(text, MIXED_TEXT,
                            ". It is text in the cohort, since \"%.60s\" is no number; %lld of its "
                            "values are: correct the others, or leave their members out",
-                           json_string_value(json_object_get(one, "cell")),
-                           (long long)json_integer_value(json_object_get(one, "numbers")));
+                           cell, (long long)json_integer_value(json_object_get(one, "numbers")));
+        }
+    }
+    json_array_foreach(build->alike, i, one)
+    {
+        char quoted[MIXED_TEXT / 2];
+
+        if (!text[0] && strcmp(json_string_value(json_object_get(one, "of")), name) == 0) {
+            alike_quote(json_array_get(json_object_get(one, "found"), 0), quoted, sizeof quoted);
+            (void)snprintf(text, MIXED_TEXT,
+                           ". %s differ in case or white space alone: write them in one way if "
+                           "they mean the same",
+                           quoted);
         }
     }
     return text;
@@ -284,6 +346,7 @@ static bool read_levels(struct design_build *build, struct design_factor *factor
             (void)json_object_set_new(seen, text, json_true());
         }
     }
+    note_texts(build, factor, seen);
     if (json_object_size(seen) < 2 || json_object_size(seen) > DESIGN_LEVELS_MAX) {
         problem_add(build->given->list, POINTER, "\"%.60s\" has %zu level%s; 2 to %d are needed%s",
                     factor->source->name, json_object_size(seen),
@@ -384,4 +447,5 @@ void design_factors_clear(struct design_build *build)
         json_decref(build->factor[f].levels);
     }
     json_decref(build->mixed);
+    json_decref(build->alike);
 }

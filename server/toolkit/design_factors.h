@@ -24,6 +24,7 @@ struct design_build {
     const char *where; /* design_describe */
     size_t n;
     json_t *mixed; /* array: of factors of texts, many of which are numbers (design.h) */
+    json_t *alike; /* array: of levels that may be meant to be the same (design.h) */
     struct design_factor factor[FORMULA_FACTORS_MAX];
 };
 

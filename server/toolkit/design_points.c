@@ -8,6 +8,9 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/alike.h"
+#include "toolkit/covariates.h"
+
 #define POINTER_SIZE 64
 
 static void set_pointer(const struct design_build *build, size_t index, char pointer[POINTER_SIZE])
@@ -44,8 +47,11 @@ static void read_point(const struct design_build *build, size_t f, size_t index,
         row[f] = known ? (double)design_find_level(factor, text) : 0.0;
         (void)json_object_set_new(point, name, json_string(known ? text : ""));
         if (!known) {
-            problem_add(build->given->list, pointer, "\"%.60s\" must be a level that members have",
-                        name);
+            char levels[400];
+
+            alike_quote(factor->levels, levels, sizeof levels);
+            problem_add(build->given->list, pointer,
+                        "\"%.60s\" must be a level that members have: %s", name, levels);
         }
         return;
     }
@@ -57,6 +63,10 @@ static void read_point(const struct design_build *build, size_t f, size_t index,
     if (!isfinite(row[f])) {
         problem_add(build->given->list, pointer, "%.80s must be a number there",
                     factor->source->text);
+    } else if (!covariate_takes(row[f]) || !covariate_takes(json_number_value(value))) {
+        problem_add(build->given->list, pointer,
+                    "%.80s is %.6g there, \"%.60s\" %.6g; " COVARIATE_TAKEN, factor->source->text,
+                    row[f], name, json_number_value(value));
     } else if (json_number_value(value) < factor->lowest ||
                json_number_value(value) > factor->highest) {
         (void)json_array_append_new(beyond, json_pack("{s:I, s:s, s:f, s:f, s:f}", "index",

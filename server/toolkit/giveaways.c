@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/alike.h"
 #include "api/json_memory.h"
 #include "api/warnings.h"
 #include "toolkit/group.h"
@@ -115,6 +116,26 @@ static bool open_labels(struct labelled *l, const json_t *subjects, const json_t
     }
     srnf_free(numbers);
     return good;
+}
+
+void giveaways_warn_labels(const json_t *inputs, json_t *document)
+{
+    const json_t *cohort = json_object_get(inputs, "cohort");
+    const json_t *of_subjects = json_object_get(cohort, "subjectLabels");
+    const json_t *labels = of_subjects ? of_subjects : json_object_get(cohort, "labels");
+    json_t *collection = json_object(), *found, *label;
+    size_t i;
+
+    json_array_foreach(labels, i, label)
+    {
+        if (json_is_string(label)) {
+            alike_add(collection, json_string_value(label));
+        }
+    }
+    found = json_object_get(inputs, "formula") ? NULL : alike_found(collection);
+    alike_warn(warnings_of(document), "label", found);
+    json_decref(found);
+    json_decref(collection);
 }
 
 void giveaways_warn(const json_t *inputs, json_t *document)

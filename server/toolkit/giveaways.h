@@ -10,6 +10,10 @@
    of a cohort with labels, and that gives these away. Members of a subject count once. */
 void giveaways_warn(const json_t *inputs, json_t *document);
 
+/* Adds the warning labels-alike (api/alike.h) where the members of a cohort have labels that were
+   most likely meant to be the same. The levels of a formula are told of by outliers_warn_design. */
+void giveaways_warn_labels(const json_t *inputs, json_t *document);
+
 struct giveaway {
     double value;
     size_t label;

@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/alike.h"
 #include "api/json_memory.h"
 #include "api/warnings.h"
 #include "toolkit/codes.h"
@@ -151,6 +152,18 @@ void outliers_warn(const json_t *inputs, json_t *document)
     }
 }
 
+static void warn_unit(const char *name, const char *unit, const json_t *figures, json_t *document)
+{
+    char quoted[400];
+
+    alike_quote(json_object_get(figures, "cells"), quoted, sizeof quoted);
+    warning_add(warnings_of(document), "column-is-text", json_deep_copy(figures),
+                "\"%.60s\" is taken as levels: it is text in the cohort, numbers with the unit "
+                "\"%.20s\": %s. Give numbers alone for it to count as a number, or write "
+                "C(%.60s) where levels are meant.",
+                name ? name : "", unit, quoted, name ? name : "");
+}
+
 /* mixed: of a design. */
 static void warn_mixed(const json_t *mixed, json_t *document)
 {
@@ -162,7 +175,12 @@ static void warn_mixed(const json_t *mixed, json_t *document)
         const char *name = json_string_value(json_object_get(one, "column"));
         json_int_t numbers = json_integer_value(json_object_get(one, "numbers"));
         json_int_t others = json_integer_value(json_object_get(one, "others"));
+        const char *unit = json_string_value(json_object_get(one, "unit"));
 
+        if (unit) {
+            warn_unit(name, unit, one, document);
+            continue;
+        }
         warning_add(warnings_of(document), "column-is-text", json_deep_copy(one),
                     "\"%.60s\" is taken as levels: it is text in the cohort, since it is no number "
                     "in %lld members, \"%.60s\" first, and one in the other %lld. Correct it in "
@@ -175,9 +193,15 @@ static void warn_mixed(const json_t *mixed, json_t *document)
 
 void outliers_warn_design(const json_t *cohort, json_t *document)
 {
-    const json_t *design = json_object_get(cohort, "design");
+    const json_t *design = json_object_get(cohort, "design"), *one;
+    size_t i;
 
     judge_all(cohort, json_object_get(design, "columns"), json_object_get(design, "rows"), true,
               document);
     warn_mixed(json_object_get(design, "mixed"), document);
+    json_array_foreach(json_object_get(design, "alike"), i, one)
+    {
+        alike_warn(warnings_of(document), json_string_value(json_object_get(one, "of")),
+                   json_object_get(one, "found"));
+    }
 }

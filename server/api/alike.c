@@ -1,0 +1,148 @@
+/*
+ * alike.c - see alike.h.
+ */
+#include "api/alike.h"
+
+#include <ctype.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "api/warnings.h"
+
+#define QUOTED_MAX 5
+#define TEXT_MAX 512
+
+/* Length of the white space that a text begins with, a no-break space counted. */
+static size_t space_at(const char *text)
+{
+    if (strncmp(text, "\xc2\xa0", 2) == 0) {
+        return 2;
+    }
+    return isspace((unsigned char)*text) ? 1 : 0;
+}
+
+static void fold(const char *text, char folded[TEXT_MAX])
+{
+    size_t length = 0;
+
+    while (*text && length + 1 < TEXT_MAX) {
+        size_t space = space_at(text);
+
+        if (space > 0) {
+            text += space;
+        } else {
+            char c = *text++;
+
+            folded[length++] = (char)(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+        }
+    }
+    folded[length] = '\0';
+}
+
+void alike_add(json_t *collection, const char *text)
+{
+    char folded[TEXT_MAX];
+    json_t *own;
+    size_t i = 0;
+
+    if (strlen(text) >= TEXT_MAX) {
+        return;
+    }
+    fold(text, folded);
+    own = json_object_get(collection, folded);
+    if (!own) {
+        own = json_array();
+        (void)json_object_set_new(collection, folded, own);
+    }
+    while (i < json_array_size(own) &&
+           strcmp(json_string_value(json_array_get(own, i)), text) != 0) {
+        i++;
+    }
+    if (i == json_array_size(own)) {
+        (void)json_array_append_new(own, json_string(text));
+    }
+}
+
+json_t *alike_found(json_t *collection)
+{
+    json_t *found = NULL, *texts;
+    const char *key;
+
+    json_object_foreach(collection, key, texts)
+    {
+        if (json_array_size(texts) > 1) {
+            found = found ? found : json_array();
+            (void)json_array_append(found, texts);
+        }
+    }
+    return found;
+}
+
+void alike_quote(const json_t *texts, char *quoted, size_t size)
+{
+    size_t length = 0, count = json_array_size(texts);
+
+    quoted[0] = '\0';
+    for (size_t i = 0; i < count && i < QUOTED_MAX && length < size; i++) {
+        (void)snprintf(quoted + length, size - length, "%s\"%.60s\"", i ? ", " : "",
+                       json_string_value(json_array_get(texts, i)));
+        length = strlen(quoted);
+    }
+    if (count > QUOTED_MAX) {
+        (void)snprintf(quoted + length, size - length, " and %zu more", count - QUOTED_MAX);
+    }
+}
+
+void alike_warn(json_t *warnings, const char *of, const json_t *found)
+{
+    char quoted[80 * QUOTED_MAX];
+    const json_t *texts;
+    size_t i;
+
+    json_array_foreach(found, i, texts)
+    {
+        alike_quote(texts, quoted, sizeof quoted);
+        warning_add(warnings, "labels-alike", json_pack("{s:s, s:O}", "of", of, "texts", texts),
+                    "\"%.60s\" has texts that differ in case or white space alone: %s. Each is a "
+                    "group of its own. Write them in one way if they mean the same.",
+                    of, quoted);
+    }
+}
+
+/* What stands behind a number, without the space before it; NULL: it is no number with a unit. */
+static const char *unit_of(const char *text, double *number)
+{
+    char *end;
+
+    *number = strtod(text, &end);
+    if (end == text || !(isdigit((unsigned char)end[-1]) || end[-1] == '.')) {
+        return NULL;
+    }
+    while (space_at(end) > 0) {
+        end += space_at(end);
+    }
+    return isalpha((unsigned char)*end) || *end == '%' || (unsigned char)*end >= 0x80 ? end : NULL;
+}
+
+const char *alike_unit(const json_t *texts)
+{
+    const char *unit = NULL;
+    bool different = false;
+    double first = 0.0;
+
+    for (size_t i = 0; i < json_array_size(texts); i++) {
+        const char *text = json_string_value(json_array_get(texts, i));
+        double number = 0.0;
+        const char *own = text ? unit_of(text, &number) : NULL;
+
+        if (!own || (unit && strcasecmp(own, unit) != 0)) {
+            return NULL;
+        }
+        first = unit ? first : number;
+        different = different || number > first || number < first;
+        unit = unit ? unit : own;
+    }
+    return different ? unit : NULL;
+}

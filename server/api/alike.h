@@ -1,0 +1,25 @@
+/*
+ * alike.h - texts that were most likely meant to be the same, or to be numbers: labels that differ
+ * in case or white space alone, and numbers with their unit behind.
+ */
+#ifndef SRNFD_API_ALIKE_H
+#define SRNFD_API_ALIKE_H
+
+#include <jansson.h>
+#include <stdbool.h>
+
+/* Takes a text into a collection, a JSON object. Texts are alike where they differ in nothing but
+   the case of letters from A to Z and white space, at their ends or within. */
+void alike_add(json_t *collection, const char *text);
+/* What is alike in it: [[texts], ..], each of two or more; NULL: nothing. New reference. */
+json_t *alike_found(json_t *collection);
+/* The warning labels-alike for each of what was found; of: a covariate, or "label". */
+void alike_warn(json_t *warnings, const char *of, const json_t *found);
+
+/* Where the texts of an array are two or more different numbers, each followed by the same unit
+   ("50 y", "61 y"), that unit; NULL: they are not. */
+const char *alike_unit(const json_t *texts);
+/* The first few of the texts, quoted, and how many there are more. */
+void alike_quote(const json_t *texts, char *quoted, size_t size);
+
+#endif
