@@ -11,8 +11,11 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "api/json_memory.h"
+
+#define CLOSE_SOUGHT 100 /* rows: each looks at all files */
 
 static int by_path(const void *a, const void *b)
 {
@@ -74,6 +77,38 @@ static size_t lower_bound(struct import_file *const *files, size_t n, const char
     return low;
 }
 
+/* Length of a name without what stands behind its first point. */
+static size_t stem_of(const char *base)
+{
+    size_t length = strcspn(base, ".");
+
+    return length > 0 ? length : strlen(base);
+}
+
+/* The path of the one file that a row most likely means: by the last part of its name, without
+   regard to case and to what stands behind its first point; NULL: there is none, or several. */
+static const char *find_close(const struct index *index, const char *wanted)
+{
+    const char *slash = strrchr(wanted, '/'), *back = strrchr(wanted, '\\');
+    const char *base = slash || back ? (slash > back ? slash : back) + 1 : wanted;
+    const char *exact = NULL, *close = NULL;
+    size_t n_exact = 0, n_close = 0, length = stem_of(base);
+
+    for (size_t i = 0; base[0] && i < index->n; i++) {
+        const char *own = index->bases[i]->base;
+
+        if (strcasecmp(own, base) == 0) {
+            exact = index->bases[i]->path;
+            n_exact++;
+        }
+        if (stem_of(own) == length && strncasecmp(own, base, length) == 0) {
+            close = index->bases[i]->path;
+            n_close++;
+        }
+    }
+    return n_exact == 1 ? exact : n_exact == 0 && n_close == 1 ? close : NULL;
+}
+
 /* The file that a row names; NULL with a refusal noted. */
 static struct import_file *find(struct import *import, const struct index *index, const char *name,
                                 uint32_t line)
@@ -86,9 +121,12 @@ static struct import_file *find(struct import *import, const struct index *index
     }
     at = lower_bound(index->bases, index->n, wanted, true);
     if (at >= index->n || strcmp(index->bases[at]->base, wanted) != 0) {
+        const char *close = import->n_refused < CLOSE_SOUGHT ? find_close(index, wanted) : NULL;
+
         import_refuse(import, name, "no-such-file",
-                      "line %u of %.200s names it, and no such mesh came with it", line,
-                      import->table_path);
+                      "line %u of %.200s names it, and no such mesh came with it%s%.200s%s", line,
+                      import->table_path, close ? ": did you mean " : "", close ? close : "",
+                      close ? "?" : "");
         return NULL;
     }
     if (at + 1 < index->n && strcmp(index->bases[at + 1]->base, wanted) == 0) {

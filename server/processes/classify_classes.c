@@ -80,10 +80,12 @@ void classify_classes_check(struct process_inputs *given, const json_t *cohort, 
     } else if (classes.count < 2) {
         problem_add(given->list, "/inputs/cohort", "has one label only: there must be two or more");
     } else if (classes.subjects[smallest] < least) {
-        problem_add(given->list, "/inputs/cohort",
-                    "has %zu subjects (%zu members) with the label %.60s; each label needs %zu",
-                    classes.subjects[smallest], classes.sizes[smallest], classes.names[smallest],
-                    least);
+        problem_add(
+            given->list, "/inputs/cohort",
+            "has %zu subject%s (%zu member%s) with the label \"%.60s\"; each label needs %zu",
+            classes.subjects[smallest], classes.subjects[smallest] == 1 ? "" : "s",
+            classes.sizes[smallest], classes.sizes[smallest] == 1 ? "" : "s",
+            classes.names[smallest], least);
     } else {
         check(given, &classes);
     }

@@ -141,7 +141,7 @@ static bool check_value(struct process_inputs *given, const json_t *subjects, co
     json_t *subject;
     size_t i;
 
-    (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", k);
+    covariate_pointer(given, k, pointer, sizeof pointer);
     json_array_foreach(subjects, i, subject)
     {
         const char *id = json_string_value(json_object_get(subject, "id"));
@@ -219,13 +219,13 @@ bool classify_parts_classes(const json_t *cohort, struct classify_classes *class
 static void check_folds(struct process_inputs *given, const struct classify_classes *classes)
 {
     long components = (long)json_integer_value(json_object_get(given->canonical, "components"));
-    size_t features =
-        (components ? (size_t)components : 1) + classify_parts_count(given->canonical);
+    size_t numbers = classify_parts_count(given->canonical);
+    size_t features = (components ? (size_t)components : 1) + numbers;
     size_t freedom = inputs_chose(given->canonical, "covariance", "class")
                          ? classes->subjects[classes->smallest] - 2
                          : classes->determined;
 
-    if (features > freedom) {
+    if (classify_check_count(given, numbers) && features > freedom) {
         problem_add(given->list, components ? "/inputs/components" : "/inputs/covariance",
                     "asks for a covariance of %zu features, sizes and covariates counted; the "
                     "training subjects of a fold determine one of %zu",

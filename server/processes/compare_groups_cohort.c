@@ -143,8 +143,8 @@ static bool set_groups(struct process_inputs *given, const json_t *members, json
     if (count[0] < 2 || count[1] < 2) {
         problem_add(
             given->list, "/inputs/cohort",
-            "has %zu subjects of label \"%.60s\" and %zu of \"%.60s\"; each group needs two",
-            count[0], labels[0], count[1], labels[1]);
+            "has %zu subject%s of label \"%.60s\" and %zu of \"%.60s\"; each group needs two",
+            count[0], count[0] == 1 ? "" : "s", labels[0], count[1], labels[1]);
         return false;
     }
     return true;
@@ -178,8 +178,8 @@ static void check_subjects(struct process_inputs *given, const json_t *cohort)
     }
     if (subjects < SUBJECTS_MIN(covariates)) {
         problem_add(given->list, "/inputs/cohort",
-                    "has %zu subjects, too few for %s: %zu are needed", subjects, with,
-                    SUBJECTS_MIN(covariates));
+                    "has %zu subject%s, too few for %s: %zu are needed", subjects,
+                    subjects == 1 ? "" : "s", with, SUBJECTS_MIN(covariates));
     }
 }
 

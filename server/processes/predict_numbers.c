@@ -39,6 +39,9 @@ static void read_covariates(struct process_inputs *given, const struct process_i
             if (!json_is_number(number) && !json_is_boolean(number)) {
                 problem_add(given->list, pointer, "\"%.60s\" must be a number, true or false",
                             name);
+            } else if (!covariate_takes(json_number_value(number))) {
+                problem_add(given->list, pointer, "\"%.60s\" is %.6g; " COVARIATE_TAKEN, name,
+                            json_number_value(number));
             }
             (void)json_object_set_new(own, name,
                                       json_is_number(number)
@@ -95,10 +98,11 @@ static void check_given(struct process_inputs *given, const json_t *names, size_
 
     if (json_array_size(all) != n) {
         problem_add(given->list, "/inputs/covariates",
-                    "has objects of covariates for %zu %s; there are %zu, and the classifier "
-                    "needs %zu covariates of each, \"%.60s\" first",
-                    json_array_size(all), several ? "subjects" : "surfaces", n,
-                    json_array_size(names), json_string_value(json_array_get(names, 0)));
+                    "has objects of covariates for %zu %s; there %s %zu, and the classifier "
+                    "needs %zu covariate%s of each, \"%.60s\" first",
+                    json_array_size(all), several ? "subjects" : "surfaces", n == 1 ? "is" : "are",
+                    n, json_array_size(names), json_array_size(names) == 1 ? "" : "s",
+                    json_string_value(json_array_get(names, 0)));
         return;
     }
     json_array_foreach(all, i, one)

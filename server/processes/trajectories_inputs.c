@@ -221,8 +221,8 @@ static bool check_subjects(struct process_inputs *given, const json_t *members, 
         subjects += of[i] == i;
     }
     if (subjects < SRNF_PAIRS_MIN) {
-        problem_add(given->list, POINTER, "has %zu subjects; %zu are needed", subjects,
-                    SRNF_PAIRS_MIN);
+        problem_add(given->list, POINTER, "has %zu subject%s; %zu are needed", subjects,
+                    subjects == 1 ? "" : "s", SRNF_PAIRS_MIN);
     }
     return subjects >= SRNF_PAIRS_MIN;
 }

@@ -119,6 +119,39 @@ static struct terms read_atom(struct formula_parser *p)
     return terms;
 }
 
+static int order_of(uint32_t term)
+{
+    int order = 0;
+
+    for (; term; term >>= 1) {
+        order += (int)(term & 1);
+    }
+    return order;
+}
+
+/* A term crossed with itself is itself, where the square is meant. */
+static void refuse_power(struct formula_parser *p, uint32_t term, char power)
+{
+    const struct formula_factor *factor;
+    size_t f = 0;
+
+    while (!(term >> f & 1)) {
+        f++;
+    }
+    factor = &p->formula->factor[f];
+    if (factor->function == FORMULA_PLAIN) {
+        formula_fail(p,
+                     "has %.60s^%c, which is %.60s itself in this notation, as in R: write "
+                     "I(%.60s^%c) for the power of its numbers",
+                     factor->text, power, factor->text, factor->text, power);
+    } else {
+        formula_fail(p,
+                     "has %.60s^%c, which is %.60s itself in this notation, as in R: leave the "
+                     "power out, or make a covariate of its numbers",
+                     factor->text, power, factor->text);
+    }
+}
+
 static struct terms read_power_of(struct formula_parser *p)
 {
     struct terms base = read_atom(p);
@@ -128,6 +161,10 @@ static struct terms read_power_of(struct formula_parser *p)
         formula_skip(p);
         if (*p->at < '1' || *p->at > '0' + FORMULA_POWER_MAX) {
             formula_fail_here(p, "a power from 1 to 9");
+            return all;
+        }
+        if (*p->at > '1' && base.count == 1 && order_of(base.term[0]) == 1) {
+            refuse_power(p, base.term[0], *p->at);
             return all;
         }
         for (int k = *p->at++ - '0'; k > 1 && !p->failed; k--) {
@@ -206,16 +243,6 @@ static struct terms read_sum(struct formula_parser *p)
         }
     }
     return sum;
-}
-
-static int order_of(uint32_t term)
-{
-    int order = 0;
-
-    for (; term; term >>= 1) {
-        order += (int)(term & 1);
-    }
-    return order;
 }
 
 bool formula_parse(const char *text, struct formula *formula, char problem[FORMULA_PROBLEM_MAX])

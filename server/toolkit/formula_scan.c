@@ -41,7 +41,12 @@ bool formula_take(struct formula_parser *p, const char *what)
 void formula_fail_here(struct formula_parser *p, const char *expected)
 {
     formula_skip(p);
-    if (*p->at) {
+    if (*p->at == '|') {
+        formula_fail(p,
+                     "has \"%.20s\" at character %zu: there are no random effects. Members of a "
+                     "subject count as one in regress, and have a line each in trajectories",
+                     p->at, (size_t)(p->at - p->start) + 1);
+    } else if (*p->at) {
         formula_fail(p, "has \"%.20s\" at character %zu where %s is expected", p->at,
                      (size_t)(p->at - p->start) + 1, expected);
     } else {

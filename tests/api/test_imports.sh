@@ -114,6 +114,11 @@ strays() { # AGE.., of members of a table
 is "$(strays 41 - 42 44 12,5y '?' 39)" '[["age",3,["-","12,5y","?"],4,3]]' \
     'several cells that are no numbers among more that are'
 like "$(json '.warnings[0].detail')" '3 of its cells are no numbers: "-", "12,5y", "[?]", line 3 first' 'are quoted'
+is "$(strays '41 y' '52 y' 60y)" '[["age",2,null,0,3]]' 'numbers that have their unit behind'
+like "$(json '.warnings[0].detail')" 'the unit "y" stands behind its numbers: "41 y", "52 y", "60y"' 'are told of'
+strays Mild 'mild ' severe severe severe severe severe severe severe severe >"$SCRATCH/strays.json"
+is "$(json '.warnings[] | select(.code == "labels-alike") | .figures | tojson')" '{"of":"age","texts":["Mild","mild"]}' \
+    'and texts that differ in case or white space alone'
 is "$(strays 41 - - - - 43)" '[["age",3,["-"],2,4]]' 'so are many that stand for nothing'
 is "$(strays 41 old young 43)" '[["age",3,["old","young"],2,2]]' 'so is a column of which half are numbers'
 is "$(strays 0 left 0 right 0 up 0 down)" '[]' 'but not where they are the same number'
@@ -207,6 +212,12 @@ table() { # TEXT: the good mesh, another one, and a table of this text
 rm -f "$WRONG"/*.zip "$WRONG"/*.gz
 table 'file,label\ngood.off,a\nabsent.off,b\n'
 refused "$SCRATCH/table.zip" 'absent.off no-such-file|evil.off not-in-table' 'a row without its file, a file without its row'
+for name in scans/good GOOD.stl 'C:\\\\scans\\\\good.off'; do
+    table "file,label\\n$name,a\\nevil.off,b\\n"
+    import '?cohort=wrong' "$SCRATCH/table.zip"
+    like "$(json '.refused[] | select(.code == "no-such-file") | .detail')" 'did you mean good.off[?]$' "for $name the file is offered"
+done
+table 'file,label\ngood.off,a\nabsent.off,b\n'
 DETAIL=$(import '?cohort=wrong' "$SCRATCH/table.zip"; json .detail)
 like "$DETAIL" '^2 of what came were refused.* Correct them' 'the problem counts them'
 table 'file,label\ngood.off,a\nevil.off,b\ngood.off,c\n'

@@ -152,6 +152,32 @@ execute regress '{"cohort":"mixed","register":false,"permutations":9,"bootstraps
 is_problem 422 invalid-input 'and where its levels are too many for it'
 like "$(json '.errors[0].detail')" 'It is text in the cohort, since "unknown" is no number; 12 of its values are' 'that is why'
 
+# Texts that differ in case or white space alone, numbers with their unit, and numbers beyond all use.
+post_json /v1/cohorts "{\"name\":\"alike\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value
+    | .label = ["Patient", " patient"][$i % 2] | .covariates += {centre: ["North 1", "north1", "South"][$i % 3],
+    stage: ["50 y", "60 y"][$i % 2], huge: (if $i == 4 then 1e308 else $i end)})' <<<"$MEMBERS")}"
+execute regress '{"cohort":"alike","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ centre + stage"}'
+is "$STATUS $(json '[.warnings[] | select(.code == "labels-alike") | .figures] | tojson')" \
+    '200 [{"of":"centre","texts":["North 1","north1"]}]' 'levels that are alike are told, labels that do not count are not'
+is "$(json '[.warnings[] | select(.code == "column-is-text") | .figures | [.column, .unit, .cells]] | tojson')" \
+    '[["stage","y",["50 y","60 y"]]]' 'so are numbers with a unit'
+is "$(json '.inputs.cohort.design | has("alike")')" false 'as warnings alone'
+execute compare-groups '{"cohort":"alike","register":false,"permutations":9}'
+is "$STATUS $(json '[.warnings[] | select(.code == "labels-alike") | .figures] | tojson')" \
+    '200 [{"of":"label","texts":["Patient"," patient"]}]' 'and labels that are compared'
+execute regress '{"cohort":"alike","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ huge"}'
+is_problem 422 invalid-input 'a number beyond all use'
+like "$(json '.errors[0] | .pointer + " " + .detail')" '^/inputs/formula huge of member 4 .* is 1e[+]308' 'is told by name and member'
+execute compare-groups '{"cohort":"alike","register":false,"permutations":9,"covariates":["huge"]}'
+is_problem 422 invalid-input 'also as a covariate'
+like "$(json '.errors[0] | .pointer + " " + .detail')" '^/inputs/covariates/0 "huge" of member 4 .* is 1e[+]308' 'by name and member'
+regress 'shape ~ age' ',"at":[{"age":1e308}]'
+is_problem 422 invalid-input 'and where it is asked for'
+like "$(json '.errors[0] | .pointer + " " + .detail')" '^/inputs/at/0 age is 1e[+]308' 'which names it'
+regress 'shape ~ site + age^2'
+is_problem 422 invalid-input 'a power of a covariate, which in R is the covariate'
+like "$(json '.errors[0].detail')" 'write I[(]age\^2[)]' 'hints at what is meant'
+
 regress 'shape~treated+site+age' ',"at":[{"age":45}]'
 compare "$(json ".terms[2].r2 / $(jq '.terms[0].r2' "$SCRATCH/first.json") - 1 | fabs")" '<' 1e-12 \
     'the order of terms does not matter, but for rounding'
@@ -243,7 +269,7 @@ refused 'age ~ sex' 'must begin with "shape ~"'
 refused 'shape ~ 1' 'has no term'
 refused 'shape ~ C(site, Treatment(\"D\"))' '"site" has no level "D"'
 refused 'shape ~ age' '/inputs/at/0 "site" is no covariate of the formula' ',"at":[{"site":"A"}]'
-refused 'shape ~ site' '/inputs/at/0 "site" must be a level that members have' ',"at":[{"site":"D"}]'
+refused 'shape ~ site' '/inputs/at/0 "site" must be a level that members have: "A", "B", "C"' ',"at":[{"site":"D"}]'
 refused 'shape ~ age' '/inputs/at/0 must be an object' ',"at":[3]'
 regress 'shape ~ C(volume) * site * treated'
 like "$STATUS $(json '.errors[0].detail')" \

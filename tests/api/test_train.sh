@@ -67,6 +67,8 @@ is "$(json '[.warnings[]?.code | select(. == "far-from-group")] | length')" 0 'a
 compare "$(json '.validation.accuracy.value | real')" '>=' 0.75 'and tells them apart'
 is "$(json '.validation | [.accuracy, .balancedAccuracy, .auc.round, .auc.flat, .sensitivity.flat][] | .value >= .interval[0] and .value <= .interval[1]' | sort -u)" \
     true 'values lie in their intervals'
+is "$(json '.validation | [.brier > .brierInterval[0], .brier < .brierInterval[1], .logLoss > .logLossInterval[0], .logLoss < .logLossInterval[1]] | unique | tojson')" \
+    '[true]' 'scores as well'
 is "$(json '[.perSubject[] | .probabilities | add | . > 1 - 1e-12 and . < 1 + 1e-12] | all')" true 'probabilities sum to 1'
 is "$(json '[.perSubject[] | .probabilities[.predicted] >= 0.5] | all')" true 'the likelier class is told'
 is "$(json '[.validation.calibration[] | map(.members) | add] | tojson')" '[12,12]' 'the calibration table has all members'
@@ -179,7 +181,7 @@ wrong() { # PROCESS INPUTS POINTER DETAIL WHAT
 post_json /v1/cohorts "$(cohort one 0 12 | jq -c '.members |= map(.label = "round") | .name = "one"')"
 wrong train '{"cohort":"one"}' /inputs/cohort 'one label only' 'one class'
 post_json /v1/cohorts "$(cohort single 0 12 | jq -c '.members |= (map(.label = "round") | .[3].label = "flat")')"
-wrong train '{"cohort":"single"}' /inputs/cohort 'has 1 subjects \(1 members\) with the label flat; each label needs 5' 'a class of one member'
+wrong train '{"cohort":"single"}' /inputs/cohort 'has 1 subject \(1 member\) with the label "flat"; each label needs 5' 'a class of one member'
 post_json /v1/cohorts "$(cohort missing 0 12 | jq -c 'del(.members[5].label)')"
 wrong train '{"cohort":"missing"}' /inputs/cohort 'member 5 has no label' 'a label that is missing'
 wrong train '{"cohort":"half","components":9}' /inputs/components 'covariance of 9 features' 'more components than are determined'
@@ -202,7 +204,14 @@ wrong predict "{\"model\":\"$AGED\",\"surfaces\":[\"$STRANGE\"],\"covariates\":[
     /inputs/covariates/0 'has 3 covariates; the classifier takes 2' 'one too many'
 wrong predict "{\"model\":\"$AGED\",\"surfaces\":[\"$STRANGE\"],\"covariates\":[{\"age\":\"old\",\"dose\":1}]}" \
     /inputs/covariates/0 '"age" must be a number' 'a text'
-wrong predict "{\"model\":\"$AGED\",\"cohort\":\"other\"}" /inputs/covariates/0 'has no covariate "age"' 'members without them'
+wrong predict "{\"model\":\"$AGED\",\"cohort\":\"other\"}" /inputs/cohort 'has no covariate "age"' 'members without them'
+wrong predict "{\"model\":\"$AGED\",\"surfaces\":[\"$STRANGE\"],\"covariates\":[{\"age\":1e308,\"dose\":1}]}" \
+    /inputs/covariates/0 '"age" is 1e[+]308' 'a number beyond all use'
+MANY=$(jq -nc '[range(64) | "c\(.)"]')
+wrong train "{\"cohort\":\"half\",\"scale\":\"shape-and-size\",\"covariates\":$MANY}" /inputs/covariates \
+    '64 names, which with the sizes are 65 numbers beside shape; at most 64' 'more numbers than a classifier takes'
+wrong classify "{\"cohort\":\"half\",\"method\":[\"srnf-nn\"],\"scale\":\"shape-and-size\",\"covariates\":$MANY}" /inputs/covariates \
+    'are 65 numbers beside shape' 'in any of them'
 wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"covariates\":[{\"age\":4}]}" /inputs/covariates \
     'takes none' 'covariates of no use'
 wrong train '{"cohort":"half","covariates":["age"]}' /inputs/covariates/0 'has no covariate "age"' 'a covariate that nobody has'

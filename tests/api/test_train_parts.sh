@@ -215,7 +215,7 @@ wrong "\"parts\":$S15,\"surfaces\":[\"$SURFACE\"]" /inputs/surfaces 'left out wh
 wrong "\"parts\":$S15,\"by\":\"part\"" /inputs/by 'names the parts of a cohort' 'by without a cohort'
 wrong "\"surfaces\":[\"$SURFACE\"]" /inputs/surfaces 'of several structures, and needs parts, a surface for each of "second", "first", or a cohort' 'single surfaces'
 wrong "\"parts\":$S15,\"covariates\":[{\"age\":4}]" /inputs/covariates 'takes none' 'covariates of no use'
-refused predict "{\"model\":\"$AGED\",\"parts\":$S15}" /inputs/covariates 'for 0 subjects; there are 1, and the classifier needs 1 covariates of each, "age"' 'no covariates'
+refused predict "{\"model\":\"$AGED\",\"parts\":$S15}" /inputs/covariates 'for 0 subjects; there is 1, and the classifier needs 1 covariate of each, "age"' 'no covariates'
 ONE=$(jq -r .model.id "$SCRATCH/train.json")
 refused predict "{\"model\":\"$ONE\",\"parts\":$S15}" /inputs/parts 'left out: the classifier is of one structure' 'parts for one structure'
 refused predict "{\"model\":\"$ONE\",\"surfaces\":[\"$SURFACE\"],\"by\":\"part\"}" /inputs/by 'of one structure' 'by for one structure'
@@ -229,7 +229,7 @@ cohort wrong '.[24:] | .[0].label = "high" | .[1].label = "low"'
 wrong '"cohort":"wrong"' /inputs/cohort 'subject "s12" has members of different labels' 'a subject of two labels'
 refused predict "{\"model\":\"$AGED\",\"cohort\":\"named\",\"by\":\"organ\"}" /inputs/covariates/0 'subject "s12" has no covariate "age"' 'members without covariates'
 cohort few '.[:16]'
-refused train-parts '{"cohort":"few"}' /inputs/cohort 'has 4 subjects .* with the label low; each label needs 5' 'too few subjects'
+refused train-parts '{"cohort":"few"}' /inputs/cohort 'has 4 subjects .* with the label .low.; each label needs 5' 'too few subjects'
 cohort wrong '.[:24] | map(.covariates["size of first"] = .covariates.age)'
 refused train-parts '{"cohort":"wrong","scale":"shape-and-size","covariates":["size of first"]}' /inputs/covariates/0 'is what a size is called' \
     'a covariate that is called as a size'

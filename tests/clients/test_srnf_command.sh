@@ -74,7 +74,7 @@ study --skip-refused --json --steps encode,pca,groups,classify --no-figures
 is "$RESULT $(out '[.members, (.refused | length), .report] | @json')" '7 [6,1,null]' 'without it the study is computed'
 is "$(out '.steps | map(.name + " " + .status) | join(", ")')" 'encode done, pca done, groups failed, classify failed' \
     'and steps that three subjects do not allow fail by themselves, which the status says'
-like "$(out '.steps[2].detail')" 'has 1 subjects of label "A" and 2 of "B"; each group needs two' 'with the reason'
+like "$(out '.steps[2].detail')" 'has 1 subject of label "A" and 2 of "B"; each group needs two' 'with the reason'
 study --skip-refused --steps encode,distances,pca
 is "$RESULT" 0 'what the members allow ends well'
 like "$OUT" 'components [0-9]+ %' 'and says what came out'
