@@ -426,7 +426,7 @@ static void warn_of_texts(const struct study_table *table, size_t column, json_t
     }
     found = alike_found(collection);
     alike_warn(warnings, name, found);
-    unit = column == table->label ? NULL : alike_unit(texts);
+    unit = column == table->label || table->strays[column].others > 0 ? NULL : alike_unit(texts);
     if (unit) {
         alike_quote(texts, quoted, sizeof quoted);
         warning_add(warnings, "column-is-text",
