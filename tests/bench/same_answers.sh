@@ -99,7 +99,7 @@ distances distances {"cohort":"sides"}
 distances-icp distances {"cohort":"sides","metric":"icp"}
 neighbours neighbours {"cohort":"sides","k":3}
 mean mean {"cohort":"sides"}
-mean-rigid mean {"cohort":"sides","reparameterization":false}
+mean-common mean {"cohort":"sides","commonPose":true}
 mean-plain mean {"cohort":"sides",$raw}
 mean-pullback mean {"surfaces":["$a","$b","$c"],$raw,"method":"pullback"}
 pca-parts pca-parts {"cohort":"parts","modes":2}
@@ -120,7 +120,7 @@ trajectories trajectories {"cohort":"pairs","at":[{"time":0.5}],"bootstraps":100
 shoot shoot {"surface":"$a","velocity":{"toward":"$b"},"times":[0.5]}
 transport transport {"from":"$a","to":"$b","vector":{"toward":"$c"}}
 transfer transfer {"source":"$a","deformed":"$b","target":"$c"}
-extract extract {"volume":"$VOLUME","labels":[1]}
+extract extract {"volume":"$VOLUME","labels":[41]}
 repair repair {"mesh":"$1"}
 mirror mirror {"mesh":"$1"}
 mirror-surface mirror {"surface":"$a"}
