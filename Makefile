@@ -272,8 +272,10 @@ $(SERVER_LIB): $(call obj,$(SERVER_SRC)) $(O)/embedded.o
 
 # Under ThreadSanitizer the daemon has the core of the release build: instrumented it is 15 to 25 times slower,
 # and it neither makes threads nor waits for any. What it does in loops that others spread over threads is for
-# its own tests, which have it instrumented.
-DAEMON_CORE := $(if $(filter tsan,$(CONFIG)),build/libsrnf.a,$(CORE_LIB))
+# its own tests, which have it instrumented. So has the daemon the file in which bodies of a loop take turns with what
+# they work in: whoever does not see that takes it for shared.
+TURNS       := core/stats/mean_tools.c
+DAEMON_CORE := $(if $(filter tsan,$(CONFIG)),$(call obj,$(TURNS)) build/libsrnf.a,$(CORE_LIB))
 ifeq ($(CONFIG),tsan)
 .PHONY: build/libsrnf.a
 build/libsrnf.a:
