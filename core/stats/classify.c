@@ -284,7 +284,7 @@ static int permute(const struct study *study, const size_t *labels,
     struct exchange exchange = {0};
     size_t *own = srnf_alloc(subjects->count, sizeof *own);
     struct permutations p = {study, &exchange, own, NULL};
-    struct stats_progress progress = {0.0, 1.0, "permuting labels"};
+    struct stats_progress progress = {study_relabelling_part(study), 1.0, "permuting labels"};
     size_t as_good = 0;
     size_t m = 0;
     int status = own ? SRNF_OK : SRNF_ENOMEM;

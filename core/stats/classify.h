@@ -59,6 +59,8 @@ SRNF_CHECKED int study_disperse(const struct study *study, const size_t *labels,
                                 const struct srnf_context *context, struct srnf_dispersions *out,
                                 struct srnf_error *error);
 void dispersions_clear(struct srnf_dispersions *dispersions);
+/* What part of the progress the relabellings have, beside the permutations that follow. */
+double study_relabelling_part(const struct study *study);
 /* Predicts, counts, and predicts again for each permutation of the labels. gaussian: components
    and covariance are kept. */
 SRNF_CHECKED int study_assess(const struct study *study, const size_t *labels, bool gaussian,

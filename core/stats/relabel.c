@@ -171,10 +171,18 @@ static void disperse_all(struct relabelling *r, struct srnf_dispersions *out)
     out->balanced = disperse(r, 1, 1.0 / (double)k, variance);
 }
 
+double study_relabelling_part(const struct study *study)
+{
+    const struct srnf_classify_options *o = study->options;
+    double all = (double)o->relabellings + (double)o->permutations;
+
+    return o->relabellings > 0 ? (double)o->relabellings / all : 0.0;
+}
+
 static int relabel(struct relabelling *r, const struct srnf_context *context,
                    struct srnf_dispersions *out, struct srnf_error *error)
 {
-    const struct stats_progress progress = {0.0, 1.0, "relabelling"};
+    const struct stats_progress progress = {0.0, study_relabelling_part(r->study), "relabelling"};
     int status;
 
     r->found = srnf_alloc(r->study->options->relabellings, count_of(r->study) * sizeof(double));
