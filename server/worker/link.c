@@ -7,6 +7,8 @@
  */
 #include "worker/link.h"
 
+#include "clock.h"
+
 #define CURL_DISABLE_TYPECHECK
 #include <curl/curl.h>
 
@@ -18,10 +20,14 @@
 
 #define ANSWER_MAX ((size_t)64 << 20)
 #define CONNECT_SECONDS 10L
+/* That a request which may be broken off is waited for: an answer on its way may be a lease, and
+   nobody would give that back. */
+#define ARRIVAL_SECONDS 0.25
 
 struct link {
     const struct link_target *target;
     const atomic_bool *stop;
+    double left; /* when a request that may be broken off is, since it was to stop; 0: it is not */
     CURL *curl;
     char error[CURL_ERROR_SIZE];
 };
@@ -106,13 +112,19 @@ static size_t on_bytes(char *bytes, size_t size, size_t count, void *user)
 static int on_progress(void *user, curl_off_t total, curl_off_t now, curl_off_t up_total,
                        curl_off_t up_now)
 {
-    const struct link *link = user;
+    struct link *link = user;
 
     (void)total;
     (void)now;
     (void)up_total;
     (void)up_now;
-    return atomic_load(link->stop);
+    if (!atomic_load(link->stop)) {
+        return 0;
+    }
+    if (link->left <= 0.0) {
+        link->left = clock_now() + ARRIVAL_SECONDS;
+    }
+    return clock_now() >= link->left;
 }
 
 /* Adds a header; false without memory. */
@@ -211,6 +223,7 @@ void link_send(struct link *link, const struct link_request *request, struct lin
 
     *answer = (struct link_answer){.status = 0};
     link->error[0] = '\0';
+    link->left = 0.0;
     (void)snprintf(url, sizeof url, "%s%s", link->target->url, request->path);
     set_options(link, request, answer, url);
     if (make_headers(link, request, &headers)) {

@@ -325,6 +325,32 @@ kill -TERM "$WORKER_PID"
 kill -CONT "$WORKER_PID"
 wait_server "$WORKER_PID" 20
 is "$SERVER_STATUS $(told task-returned)" '0 1' 'without grace a worker gives its task back'
+# One that was given while the worker stood still, and is told to end before it knows.
+post "/v1/jobs/$JOB/cancel"
+poll_job "$JOB" 20
+: >"$WORKER_LOG"
+start_worker --grace-seconds 0
+leased=
+for _ in $(seq 100); do
+    leased=$(leased_to "$WORKER_PID")
+    [ "$leased" != 0 ] || break
+    sleep 0.05
+done
+sleep 0.3 # it asks by now
+kill -STOP "$WORKER_PID"
+execute distances "$(jq -nc '{surfaces: $ARGS.positional, lmax: 31, handedness: "ignore"}' --args "${MESHES[@]:1:2}")" \
+    --header 'Prefer: respond-async'
+JOB=$(json .jobID)
+for _ in $(seq 200); do
+    leased=$(leased_to "$WORKER_PID")
+    [ "$leased" != 1 ] || break
+    sleep 0.05
+done
+is "$leased" 1 'a worker that stands still is given a task that it had asked for'
+kill -TERM "$WORKER_PID"
+kill -CONT "$WORKER_PID"
+wait_server "$WORKER_PID" 20
+is "$SERVER_STATUS $(told task-returned)" '0 1' 'and gives it back, told to end before it has read of it'
 post "/v1/jobs/$JOB/cancel"
 poll_job "$JOB" 20
 is "$JOB_STATUS" dismissed 'a job whose tasks wait can be cancelled'
