@@ -146,11 +146,16 @@ async function main() {
         const address = page.url();
         await page.reload();
         await waitText(page, 'Computed exactly: ');
-        const was = await seen(page);
         const { page: other, found: wrong } = await open(browser, 'about:blank');
         await other.goto(address);
         await waitText(other, 'Computed exactly: ');
-        const same = JSON.stringify(await seen(other)) === JSON.stringify(was);
+        // The chosen shape and the picture come when they have been fetched and drawn.
+        let same = false;
+        for (let k = 0; k < 100 && !same; k++) {
+            const [caption, picture, mark] = await seen(page);
+            same = /\+2 sd/.test(caption) && !!mark && JSON.stringify([caption, picture, mark]) === JSON.stringify(await seen(other));
+            if (!same) await new Promise((resolve) => setTimeout(resolve, 200));
+        }
         // What no view can show is passed over, one by one and together.
         const bad = ['', 'x', '-1', '1e999', 'NaN', '0,0,0,0,0', '1:9,99:1,x:2', '%', '%00', '<b>', '9'.repeat(3000)];
         for (const value of bad) {
