@@ -23,10 +23,17 @@ export function plural(n: number, one: string, many = `${one}s`): string {
     return filled(form, [whole(n)]);
 }
 
-export const whole = (n: number): string => n.toLocaleString(language);
+// Made once: a table asks for hundreds while it is scrolled.
+const numbers = new Intl.NumberFormat(language);
+const moments = new Intl.DateTimeFormat(language === 'en' ? undefined : language, { dateStyle: 'medium', timeStyle: 'short' });
+
+export const whole = (n: number): string => numbers.format(n);
 
 const point = new Intl.NumberFormat(language).formatToParts(1.5).find((part) => part.type === 'decimal')?.value ?? '.';
 /** A figure with the decimal sign of the language. */
 export const decimal = (text: string): string => (point === '.' ? text : text.replace('.', point));
 
-export const when = (text?: string): string => (text ? new Date(text).toLocaleString(language === 'en' ? undefined : language, { dateStyle: 'medium', timeStyle: 'short' }) : '–');
+export function when(text?: string): string {
+    const at = text ? new Date(text) : null;
+    return at && !Number.isNaN(at.getTime()) ? moments.format(at) : '–';
+}
