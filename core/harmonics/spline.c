@@ -17,11 +17,15 @@
 #define SIDE ((size_t)8) /* circles that are filtered together, so that none waits for itself */
 #define HORIZON 1e-15    /* z^k that counts no more */
 
-/* Poles of the kernels of 4, 6 and 8 nodes inside the unit circle, largest first. */
-static const double kernel_poles[][3] = {
-    {-0.26794919243112270647, 0.0, 0.0},
-    {-0.43057534709997430378, -0.043096288203264653823, 0.0},
+/* Poles of the kernels of 4, 6, 8, 10 and 12 nodes inside the unit circle, largest first. */
+static const double kernel_poles[][5] = {
+    {-0.26794919243112270647},
+    {-0.43057534709997430378, -0.043096288203264653823},
     {-0.53528043079643816554, -0.12255461519232669052, -0.0091486948096082769286},
+    {-0.60799738916862577901, -0.2017505201931532388, -0.043222608540481752133,
+     -0.0021213069031808184203},
+    {-0.66126606890073470691, -0.27218034929478588569, -0.089759599793713309944,
+     -0.016669627366234656097, -0.00051055753444650205714},
 };
 
 /* The polynomials of the B-spline of `order` nodes: that of node j at t in [0, 1) beyond node

@@ -20,11 +20,11 @@
 
 #include "internal.h"
 
-#define SPLINE_ORDER_MAX 8
+#define SPLINE_ORDER_MAX 12
 #define SPLINE_WIDTH SRNF_LANES /* components of a node */
 
 struct sphere_spline {
-    size_t order;            /* nodes that a point depends on in each direction: 4, 6 or 8 */
+    size_t order;            /* nodes that a point depends on in each direction: 4, 6, 8 or 12 */
     size_t rows, columns;    /* intervals from pole to pole; columns = 2 rows */
     size_t halo, stride;     /* nodes around the table; nodes of one row with its halo */
     double per_radian;       /* rows / pi */

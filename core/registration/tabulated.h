@@ -136,6 +136,23 @@ void tabulated_fields_transpose(struct tabulated_fields *fields, const double to
 void tabulated_fields_potentials(const struct tabulated_fields *fields, const double *step,
                                  double *potentials);
 
+/* ---- Steps to rounding (tabulated_follow.c) -------------------------------------------------- */
+
+/* What steps of one degree are followed by at many points, wherever a map is told. */
+struct fine_steps {
+    struct tabulated_fields fields;
+    struct fields direct;
+};
+/* Whether that costs less than to move so many points directly. */
+bool fine_steps_pay(size_t degree, bool inverse, size_t n);
+SRNF_CHECKED int fine_steps_create(struct fine_steps *steps, size_t degree,
+                                   const struct srnf_context *context);
+void fine_steps_clear(struct fine_steps *steps);
+/* fields_apply or fields_apply_inverse, in place. Errors: those of the latter. */
+SRNF_CHECKED int fine_steps_apply(struct fine_steps *steps, const double *potentials, bool inverse,
+                                  const struct srnf_context *context, size_t n, double *points,
+                                  double *jacobian);
+
 /* ---- Gauss-Newton matrix and its factors (tabulated_matrix.c, tabulated_level.c) ------------- */
 
 /* registration_matrix of the data term, in single precision and from a table: it only shapes the

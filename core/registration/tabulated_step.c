@@ -5,67 +5,21 @@
  * e_theta, e_phi at each point. The energy is ||q1||^2 + sum w J |q|^2 - 2 tr(O' B): below some
  * 1e-15 of ||q1||^2 it is rounding.
  */
-#include "harmonics/spline_lanes.h"
 #include "tabulated.h"
+#include "tabulated_lanes.h"
 
 #include <math.h>
-
-#define LONG_STEP2 (SRNF_PI * SRNF_PI) /* squared: half a great circle */
-
-/* Three components and their derivatives, four points. */
-SIMD_INLINE void gather(const struct sphere_spline *s, size_t order,
-                        const struct spline_place *place, simd value[3], simd along[3],
-                        simd across[3])
-{
-    simd v[SRNF_LANES], v_1[SRNF_LANES], v_2[SRNF_LANES];
-
-    for (size_t k = 0; k < SRNF_LANES; k++) {
-        spline_gather(s, order, place, k, &v[k], &v_1[k], &v_2[k]);
-    }
-    spline_turn(v, value);
-    spline_turn(v_1, along);
-    spline_turn(v_2, across);
-}
 
 /* ---- Steps ----------------------------------------------------------------------------------- */
 
 SIMD_INLINE void move_four(const struct sphere_spline *field, size_t order, simd p[3],
                            simd *jacobian)
 {
-    struct spline_place place;
-    simd w[3], w_1[3], w_2[3], a[3], b[2];
-    simd along, across, square, cosine, sinc, length, c, s, norm;
-    simd a11, a12, a21, a22, d00, d01, d10, d11;
+    struct four_steps f;
 
-    spline_place(field, order, p, true, &place);
-    gather(field, order, &place, w, w_1, w_2);
-    spline_frame(&place, a, b);
-    along = a[0] * w[0] + a[1] * w[1] + a[2] * w[2];
-    across = b[0] * w[0] + b[1] * w[1];
-    a11 = a[0] * w_1[0] + a[1] * w_1[1] + a[2] * w_1[2];
-    a21 = b[0] * w_1[0] + b[1] * w_1[1];
-    a12 = a[0] * w_2[0] + a[1] * w_2[1] + a[2] * w_2[2];
-    a22 = b[0] * w_2[0] + b[1] * w_2[1];
-    square = along * along + across * across;
-    simd_cos_sinc(&square, &cosine, &sinc);
-    norm = SIMD_MAX(square, SIMD_SET(1e-280));
-    simd_sqrt(&norm, &length);
-    c = along / length;
-    s = across / length;
-    d00 = SIMD_SET(1.0) + c * c * a11 + c * s * (a12 + a21) + s * s * a22;
-    d01 = c * c * a12 + c * s * (a22 - a11) - s * s * a21;
-    d10 = sinc * (c * c * a21 + c * s * (a22 - a11) - s * s * a12);
-    d11 = cosine + sinc * (c * c * a22 - c * s * (a12 + a21) + s * s * a11);
-    *jacobian = d00 * d11 - d01 * d10;
-    *jacobian = SIMD_SELECT(square < SIMD_SET(LONG_STEP2), *jacobian, SIMD_SET(-1.0));
-    p[0] = cosine * p[0] + sinc * (along * a[0] + across * b[0]);
-    p[1] = cosine * p[1] + sinc * (along * a[1] + across * b[1]);
-    p[2] = cosine * p[2] + sinc * along * a[2];
-    norm = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
-    simd_sqrt(&norm, &length);
-    for (size_t k = 0; k < 3; k++) {
-        p[k] /= length;
-    }
+    step_four(field, order, p, &f);
+    *jacobian = SIMD_SELECT(f.square < SIMD_SET(LONG_STEP2), f.jacobian, SIMD_SET(-1.0));
+    step_image(&f, p);
 }
 
 SIMD_INLINE double move_all(const struct sphere_spline *field, size_t order,

@@ -1,7 +1,7 @@
 /*
  * warp.c - warps as chains: kept, replayed on other points, cleared.
  */
-#include "registration.h"
+#include "tabulated.h"
 
 #include <string.h>
 
@@ -25,12 +25,46 @@ static void turn(const double r[9], double *x)
     }
 }
 
-static int apply_link(const struct srnf_warp_link *link, const struct srnf_context *context,
-                      struct fields *fields, size_t n, double *points, double *jacobian,
-                      double *scratch)
-{
-    int status = SRNF_OK;
+/* What the links of a chain are followed by, kept from one to the next of the same degree. */
+struct follower {
+    const struct srnf_context *context;
+    struct fields fields;
+    struct fine_steps fine;
+    double *scratch;
+};
 
+static int apply_directly(struct follower *f, const struct srnf_warp_link *link, size_t n,
+                          double *points, double *jacobian)
+{
+    if (f->fields.degree != link->degree) {
+        fields_clear(&f->fields);
+        if (fields_create(&f->fields, link->degree, f->context)) {
+            return SRNF_ENOMEM;
+        }
+    }
+    if (link->kind == SRNF_WARP_EXP_INVERSE) {
+        return fields_apply_inverse(&f->fields, link->values, n, points, jacobian, f->scratch);
+    }
+    (void)fields_apply(&f->fields, link->values, n, points, jacobian, points, jacobian, f->scratch);
+    return SRNF_OK;
+}
+
+static int apply_finely(struct follower *f, const struct srnf_warp_link *link, size_t n,
+                        double *points, double *jacobian)
+{
+    if (f->fine.direct.degree != link->degree) {
+        fine_steps_clear(&f->fine);
+        if (fine_steps_create(&f->fine, link->degree, f->context)) {
+            return SRNF_ENOMEM;
+        }
+    }
+    return fine_steps_apply(&f->fine, link->values, link->kind == SRNF_WARP_EXP_INVERSE, f->context,
+                            n, points, jacobian);
+}
+
+static int apply_link(struct follower *f, const struct srnf_warp_link *link, size_t n,
+                      double *points, double *jacobian)
+{
     if (link->kind == SRNF_WARP_ROTATION) {
         for (size_t i = 0; i < n; i++) {
             turn(link->values, points + 3 * i);
@@ -38,34 +72,27 @@ static int apply_link(const struct srnf_warp_link *link, const struct srnf_conte
         return SRNF_OK;
     }
     if (link->kind == SRNF_WARP_SERIES) {
-        return warp_follow_series(link->degree, link->values, context, n, points, jacobian);
+        return warp_follow_series(link->degree, link->values, f->context, n, points, jacobian);
     }
-    if (fields->degree != link->degree) {
-        fields_clear(fields);
-        status = fields_create(fields, link->degree, context);
-    }
-    if (status == SRNF_OK && link->kind == SRNF_WARP_EXP_INVERSE) {
-        return fields_apply_inverse(fields, link->values, n, points, jacobian, scratch);
-    }
-    if (status == SRNF_OK) {
-        (void)fields_apply(fields, link->values, n, points, jacobian, points, jacobian, scratch);
-    }
-    return status;
+    return fine_steps_pay(link->degree, link->kind == SRNF_WARP_EXP_INVERSE, n)
+               ? apply_finely(f, link, n, points, jacobian)
+               : apply_directly(f, link, n, points, jacobian);
 }
 
 int warp_follow(const struct srnf_warp *warp, const struct srnf_context *context, size_t n,
                 double *points, double *jacobian)
 {
-    double *scratch = srnf_alloc(FIELDS_INVERSE * n, sizeof(double));
-    struct fields fields = {0};
-    int status = scratch ? SRNF_OK : SRNF_ENOMEM;
+    struct follower f = {.context = context,
+                         .scratch = srnf_alloc(FIELDS_INVERSE * n, sizeof(double))};
+    int status = f.scratch ? SRNF_OK : SRNF_ENOMEM;
 
     for (size_t k = 0; k < warp->n_links && status == SRNF_OK; k++) {
-        status = apply_link(&warp->links[k], context, &fields, n, points, jacobian, scratch);
+        status = apply_link(&f, &warp->links[k], n, points, jacobian);
         status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
     }
-    fields_clear(&fields);
-    srnf_free(scratch);
+    fields_clear(&f.fields);
+    fine_steps_clear(&f.fine);
+    srnf_free(f.scratch);
     return status;
 }
 

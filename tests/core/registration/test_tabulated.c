@@ -223,6 +223,77 @@ static void steps_are_the_direct_ones(void **state)
     }
 }
 
+/* Points all over the sphere, and next to the poles. */
+static void scatter(struct test_random *random, size_t n, double *points)
+{
+    for (size_t i = 0; i < n; i++) {
+        double square = 0.0;
+
+        for (size_t c = 0; c < 3; c++) {
+            points[3 * i + c] = test_random_normal(random);
+            points[3 * i + c] *= c < 2 && i % 10 == 0 ? pow(10.0, -(double)(i / 10 % 18)) : 1.0;
+            square += points[3 * i + c] * points[3 * i + c];
+        }
+        for (size_t c = 0; c < 3; c++) {
+            points[3 * i + c] /= sqrt(square);
+        }
+    }
+}
+
+/* Largest differences of points and Jacobians that tables moved and those moved directly. */
+static void fine_errors(size_t degree, bool inverse, double *apart, double *areas)
+{
+    enum { POINTS = 2001 };
+    struct test_random random = test_random_seed(980 + degree);
+    size_t count = srnf_coefficient_count(degree);
+    double *potentials = shapes_doubles(2 * count + (FIELDS_INVERSE + 8) * POINTS);
+    double *points = potentials + 2 * count;
+    double *moved = points + 4 * POINTS;
+    struct fine_steps fine;
+
+    for (size_t l = 1; l <= degree; l++) {
+        for (size_t i = l * l; i < (l + 1) * (l + 1); i++) {
+            potentials[i] = 0.1 * test_random_normal(&random) / pow((double)l, 3.0);
+            potentials[count + i] = 0.1 * test_random_normal(&random) / pow((double)l, 3.0);
+        }
+    }
+    scatter(&random, POINTS, points);
+    for (size_t i = 0; i < POINTS; i++) {
+        points[3 * POINTS + i] = 1.0;
+    }
+    memcpy(moved, points, 4 * POINTS * sizeof *moved);
+    assert_int_equal(fine_steps_create(&fine, degree, NULL), SRNF_OK);
+    assert_int_equal(
+        fine_steps_apply(&fine, potentials, inverse, NULL, POINTS, moved, moved + 3 * POINTS),
+        SRNF_OK);
+    if (inverse) {
+        assert_int_equal(fields_apply_inverse(&fine.direct, potentials, POINTS, points,
+                                              points + 3 * POINTS, moved + 4 * POINTS),
+                         SRNF_OK);
+    } else {
+        assert_true(fields_apply(&fine.direct, potentials, POINTS, points, points + 3 * POINTS,
+                                 points, points + 3 * POINTS, moved + 4 * POINTS) > 0.0);
+    }
+    *apart = compare_difference(3 * POINTS, moved, points);
+    *areas = compare_difference(POINTS, moved + 3 * POINTS, points + 3 * POINTS);
+    fine_steps_clear(&fine);
+    srnf_free(potentials);
+}
+
+static void fine_steps_are_the_direct_ones(void **state)
+{
+    static const size_t degrees[] = {2, 5, 8, 12, 20, 33};
+
+    (void)state;
+    for (size_t k = 0; k < 2 * sizeof degrees / sizeof degrees[0]; k++) {
+        double apart, areas;
+
+        fine_errors(degrees[k / 2], k % 2, &apart, &areas);
+        figure_below("points", apart, 1e-13);
+        figure_below("Jacobians", areas, 1e-11);
+    }
+}
+
 /* A step that leads beyond half a great circle is none. */
 static void long_steps_are_refused(void **state)
 {
@@ -643,6 +714,7 @@ int main(void)
         cmocka_unit_test(moving_field_is_the_direct_one),
         cmocka_unit_test(poles_are_points_like_others),
         cmocka_unit_test(steps_are_the_direct_ones),
+        cmocka_unit_test(fine_steps_are_the_direct_ones),
         cmocka_unit_test(long_steps_are_refused),
         cmocka_unit_test(objective_and_gradient_are_the_direct_ones),
         cmocka_unit_test(matrix_and_solutions_are_the_direct_ones),
