@@ -21,15 +21,15 @@ struct output {
     double *q;          /* [n][3][P] */
 };
 
-/* q and values of a subject at gamma: [3][P]. */
-static void place(const struct output *o, size_t i, const double *jacobian,
-                  const struct samples *samples, const double *surface, double *values)
+/* q and values of a subject at gamma: [3][P]. field: [P][3] its q there. */
+static void place(const struct output *o, size_t i, const double *jacobian, const double *field,
+                  const double *surface, double *values)
 {
     const struct mean_subject *subject = &o->run->subjects[i];
     size_t n = o->points;
 
     for (size_t k = 0; k < n; k++) {
-        const double *q = samples->q + 3 * k;
+        const double *q = field + 3 * k;
         double root = sqrt(jacobian[k]);
 
         for (size_t c = 0; c < 3; c++) {
@@ -47,16 +47,14 @@ static int place_one(void *argument, size_t i, double *values, const struct srnf
 {
     const struct output *o = argument;
     size_t degree = srnf_sht_degree(o->run->sht);
-    struct samples samples = {0};
     struct moving moving = {.table = NULL};
     size_t n = o->points;
-    double *gamma = srnf_alloc(7 * n, sizeof(double));
+    double *gamma = srnf_alloc(10 * n, sizeof(double));
     double *surface = gamma ? gamma + 4 * n : NULL;
     struct srnf_warp chain = {0};
-    int status = gamma ? samples_create(&samples, n) : SRNF_ENOMEM;
+    int status = gamma ? mean_chain_open(o->run, i, &chain) : SRNF_ENOMEM;
 
     (void)error;
-    status = status ? status : mean_chain_open(o->run, i, &chain);
     if (status == SRNF_OK) {
         memcpy(gamma, o->base, 3 * n * sizeof(double));
         memcpy(gamma + 3 * n, o->base_jacobian, n * sizeof(double));
@@ -64,18 +62,14 @@ static int place_one(void *argument, size_t i, double *values, const struct srnf
         mean_chain_close(o->run, &chain);
     }
     if (status == SRNF_OK) {
-        status = sphere_harmonics_at_points(context, degree, 3, o->run->surfaces[i], n, gamma,
-                                            surface, NULL);
-    }
-    if (status == SRNF_OK) {
         status = moving_create(&moving, degree, o->run->surfaces[i], degree, context);
     }
     if (status == SRNF_OK) {
-        moving_evaluate(&moving, gamma, &samples);
-        place(o, i, gamma + 3 * n, &samples, surface, values);
+        moving_values(&moving, n, gamma, surface, surface + 3 * n);
+        place(o, i, gamma + 3 * n, surface + 3 * n, surface, values);
+        status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
         moving_clear(&moving);
     }
-    samples_clear(&samples);
     srnf_free(gamma);
     return status;
 }
