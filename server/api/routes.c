@@ -2,10 +2,12 @@
  * routes.c - every route of the service in one table, and the search in it. api/openapi.yaml
  * describes the same routes; tests/api/test_openapi.sh holds both against each other.
  *
- * A path is compared segment by segment; the table is short enough to be walked from its start.
+ * A path is compared segment by segment with the routes of its method whose first letter is its own,
+ * from the table's start on: with all of them it took a sixth of the instructions of a small result.
  */
 #include "api/routes.h"
 
+#include <pthread.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -244,7 +246,7 @@ const struct api_route api_routes[] = {
 bool route_matches(const char *pattern, const char *path,
                    char parameters[ROUTE_PARAMETERS_MAX][ROUTE_PARAMETER_SIZE])
 {
-    bool base = strcmp(pattern, BASE) == 0;
+    const char *whole = pattern;
     size_t n = 0;
 
     while (*pattern && *path) {
@@ -263,7 +265,29 @@ bool route_matches(const char *pattern, const char *path,
         path += length;
         pattern += strcspn(pattern, "}") + 1;
     }
-    return *pattern == '\0' && (*path == '\0' || (base && strcmp(path, "/") == 0));
+    return *pattern == '\0' &&
+           (*path == '\0' || (strcmp(path, "/") == 0 && strcmp(whole, BASE) == 0));
+}
+
+/* The letter behind the version, in which most routes differ, or else that of the first segment. */
+static char initial(const char *path)
+{
+    size_t version = sizeof BASE - 1;
+
+    if (strncmp(path, BASE "/", version + 1) == 0 && path[version + 1]) {
+        return path[version + 1];
+    }
+    return path[0] ? path[1] : '\0';
+}
+
+static char initials[sizeof api_routes / sizeof api_routes[0]];
+static pthread_once_t initials_once = PTHREAD_ONCE_INIT;
+
+static void take_initials(void)
+{
+    for (size_t i = 0; api_routes[i].method; i++) {
+        initials[i] = initial(api_routes[i].pattern);
+    }
 }
 
 static void add_method(char *allow, size_t allow_size, const char *method)
@@ -296,10 +320,14 @@ void route_find(const char *method, const char *path, struct route_match *match,
                 size_t allow_size)
 {
     const char *wanted = strcmp(method, "HEAD") == 0 ? "GET" : method;
+    char first = initial(path);
 
+    (void)pthread_once(&initials_once, take_initials);
     allow[0] = '\0';
-    for (const struct api_route *route = api_routes; route->method; route++) {
-        if (strcmp(route->method, wanted) == 0 &&
+    for (size_t i = 0; api_routes[i].method; i++) {
+        const struct api_route *route = &api_routes[i];
+
+        if ((initials[i] == first || initials[i] == '{') && strcmp(route->method, wanted) == 0 &&
             route_matches(route->pattern, path, match->parameters)) {
             match->route = route;
             return;

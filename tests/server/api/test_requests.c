@@ -166,6 +166,22 @@ static void test_every_route_is_found_by_its_own_pattern(void **state)
     }
 }
 
+static void test_slashes_at_the_end(void **state)
+{
+    struct route_match match;
+    char allow[96];
+
+    (void)state;
+    route_find("GET", "/v1/", &match, allow, sizeof allow);
+    assert_non_null(match.route);
+    assert_string_equal(match.route->pattern, "/v1");
+    route_find("GET", "/ui/", &match, allow, sizeof allow);
+    assert_non_null(match.route);
+    assert_string_equal(match.route->pattern, "/ui/");
+    route_find("GET", "", &match, allow, sizeof allow);
+    assert_null(match.route);
+}
+
 static int best(const char *accept, const char *const *types)
 {
     const struct api_header headers[] = {{"accept", accept}};
@@ -349,6 +365,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_requests_are_refused_by_their_heads),
         cmocka_unit_test(test_every_route_is_found_by_its_own_pattern),
+        cmocka_unit_test(test_slashes_at_the_end),
         cmocka_unit_test(test_accept_chooses_by_quality_and_closeness),
         cmocka_unit_test(test_escapes_are_decoded_or_refused),
         cmocka_unit_test(test_queries_are_walked),
