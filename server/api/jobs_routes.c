@@ -182,15 +182,17 @@ static void respond_form(struct api_call *call, const struct store_job *job, enu
 /* The results as JSON from memory, if they are there; then they are of a successful job. */
 static bool respond_recent(struct api_call *call)
 {
+    static const char ending[] = ".json";
     const char *id = call->parameters[0];
-    char *results = NULL, tag[STORE_ID_MAX + 8];
-    size_t size = 0;
+    char *results = NULL, tag[STORE_ID_MAX + sizeof ending];
+    size_t size = 0, length = strlen(id);
 
     if (store_job_results_recent(call->api->config.store, id, &results, &size) != STORE_OK) {
         return false;
     }
     (void)api_response_header_text(call->response, "Vary", "Accept");
-    (void)snprintf(tag, sizeof tag, "%s.%s", id, table_form_name(TABLE_JSON));
+    memcpy(tag, id, length); /* the store's ids are shorter than STORE_ID_MAX */
+    memcpy(tag + length, ending, sizeof ending);
     if (respond_not_modified(call, tag)) {
         free(results);
     } else {
