@@ -96,6 +96,7 @@ static void find_series(const struct exchange *exchange, struct connection *conn
         metrics_series(metrics, METRIC_HTTP_REQUESTS, METRIC_LABELS(route, method, status));
     connection->counted.seconds =
         metrics_series(metrics, METRIC_HTTP_SECONDS, METRIC_LABELS(route));
+    connection->counted.sent = metrics_series(metrics, METRIC_HTTP_SENT, NULL);
 }
 
 void access_log_count(const struct exchange *exchange)
@@ -111,12 +112,14 @@ void access_log_count(const struct exchange *exchange)
         find_series(exchange, connection);
         series_add(connection->counted.requests, 1);
         series_observe(connection->counted.seconds, METRIC_HTTP_SECONDS, 1e-3 * exchange->total_ms);
+        series_add(connection->counted.sent, (double)exchange->sent);
+    } else {
+        metrics_add(metrics, METRIC_HTTP_SENT, NULL, (double)exchange->sent);
     }
     if (request->body_size + exchange->drained > 0) {
         metrics_add(metrics, METRIC_HTTP_RECEIVED, NULL,
                     (double)(request->body_size + exchange->drained));
     }
-    metrics_add(metrics, METRIC_HTTP_SENT, NULL, (double)exchange->sent);
     if (exchange->response.problem) {
         metrics_add(metrics, METRIC_HTTP_REFUSALS, METRIC_LABELS(exchange->response.problem), 1);
     }

@@ -45,15 +45,17 @@ static enum head_verdict malformed(struct head *head, const char *detail)
     return refuse(head, 400, "malformed-request", detail);
 }
 
+/* The bits of the characters from 0 to 127 that a token may have: "!#$%&'*+-.^_`|~", digits and
+   letters. */
+static const uint64_t token_characters[2] = {UINT64_C(0x03ff6cfa00000000),
+                                             UINT64_C(0x57ffffffc7fffffe)};
+
 static bool is_token(const char *text, size_t length)
 {
-    static const char marks[] = "!#$%&'*+-.^_`|~";
-
     for (size_t i = 0; i < length; i++) {
-        char c = text[i];
-        bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+        unsigned char c = (unsigned char)text[i];
 
-        if (!letter && (c == '\0' || !strchr(marks, c))) {
+        if (c > 127 || !(token_characters[c >> 6] >> (c & 63) & 1)) {
             return false;
         }
     }

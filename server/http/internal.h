@@ -71,7 +71,7 @@ struct connection {
     struct {
         const char *route, *method; /* static */
         int status;
-        struct series *requests, *seconds;
+        struct series *requests, *seconds, *sent;
     } counted;
 };
 
