@@ -2,8 +2,8 @@
  * routes.c - every route of the service in one table, and the search in it. api/openapi.yaml
  * describes the same routes; tests/api/test_openapi.sh holds both against each other.
  *
- * A path is compared segment by segment with the routes of its method whose first letter is its own,
- * from the table's start on: with all of them it took a sixth of the instructions of a small result.
+ * A path is compared segment by segment, from the table's start on, with the routes of its method
+ * whose first letter is its own: all of them took a sixth of the instructions of a small result.
  */
 #include "api/routes.h"
 
