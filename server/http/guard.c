@@ -46,6 +46,31 @@ static size_t count_headers(const struct exchange *exchange, const char *name, c
     return count;
 }
 
+/* A field that can mean one thing only comes once: which of two was meant, nobody knows, and a proxy
+   in front may have judged the other one. Lists may come in parts (RFC 9110, 5.3). NULL: all is
+   well. */
+static const char *check_repeats(const struct exchange *exchange)
+{
+    static const struct {
+        const char *name, *detail;
+    } once[] = {
+        {"Authorization", "A request has at most one Authorization field."},
+        {"Content-Type", "A request has at most one Content-Type field."},
+        {"Idempotency-Key", "A request has at most one Idempotency-Key field."},
+        {"If-Range", "A request has at most one If-Range field."},
+        {"Lease-Secret", "A request has at most one Lease-Secret field."},
+        {"Range", "A request has at most one Range field."},
+    };
+    const char *value;
+
+    for (size_t i = 0; i < sizeof once / sizeof once[0]; i++) {
+        if (count_headers(exchange, once[i].name, &value) > 1) {
+            return once[i].detail;
+        }
+    }
+    return NULL;
+}
+
 /* How long the body is: head.c has seen to it that there is one answer. */
 static void measure_body(struct exchange *exchange)
 {
@@ -197,7 +222,10 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
     if (hosts > 1 || (hosts == 0 && strcmp(version, "HTTP/1.1") == 0)) {
         return "A request has exactly one Host field.";
     }
-    detail = take_authority(exchange->connection->target, &host, authority);
+    detail = check_repeats(exchange);
+    if (!detail) {
+        detail = take_authority(exchange->connection->target, &host, authority);
+    }
     if (detail) {
         return detail;
     }
