@@ -102,7 +102,15 @@ is "$STATUS $(header Content-Range)" "206 bytes $((SIZE - 3))-$((SIZE - 1))/$SIZ
 get_range "bytes=$SIZE-"
 is_problem 416 range-not-satisfiable 'beyond the end there is nothing'
 is "$(header Content-Range)" "bytes */$SIZE" 'and it is said how much there is'
-for range in bytes=5-3 bytes=0-1,4-5 bytes= bytes=a-b lines=1-2 bytes=99999999999999999999-; do
+for range in bytes=99999999999999999999- bytes=18446744073709551616-18446744073709551617 "bytes=$SIZE-99999999999999999999"; do
+    get_range "$range"
+    is_problem 416 range-not-satisfiable "$range is beyond the end, too"
+done
+get_range "bytes=$((SIZE - 3))-99999999999999999999"
+is "$STATUS $(header Content-Range)" "206 bytes $((SIZE - 3))-$((SIZE - 1))/$SIZE" 'an end beyond 2^64 is the end'
+get_range bytes=-99999999999999999999
+is "$STATUS $(header Content-Range)" "206 bytes 0-$((SIZE - 1))/$SIZE" 'as many last bytes as that are all'
+for range in bytes=5-3 bytes=0-1,4-5 bytes= bytes=a-b lines=1-2; do
     get_range "$range"
     is "$STATUS $(wc -c <"$BODY")" "200 $SIZE" "$range is passed over"
 done
