@@ -201,17 +201,54 @@ static void add_tag(struct api_response *response, const char *tag)
     (void)api_response_header_text(response, "ETag", quoted);
 }
 
+/* The same of all fields of a name: a list may come in parts. */
+static bool condition_names(const struct api_call *call, const char *field, const char *tag)
+{
+    const struct api_request *request = call->request;
+
+    for (size_t i = 0; i < request->n_headers; i++) {
+        if (api_header_is(&request->headers[i], field) &&
+            names_tag(request->headers[i].value, tag)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Whether If-Match names none of what is there: then 412 is answered. */
+static bool match_failed(struct api_call *call, const char *tag)
+{
+    const char *wanted = api_request_header(call->request, "If-Match");
+
+    if (!wanted || condition_names(call, "If-Match", tag)) {
+        return false;
+    }
+    if (!tag) {
+        (void)problem_respond(call, "precondition-failed",
+                              "If-Match names %.80s, but a job that has not ended has no tag.",
+                              wanted);
+    } else {
+        (void)problem_respond(call, "precondition-failed",
+                              "If-Match names %.80s, but the tag is \"%s\" now: it is another one "
+                              "than you have seen.",
+                              wanted, tag);
+    }
+    return true;
+}
+
 /* Only of a GET and a HEAD: what changes something answers with the record and its new tag, and
-   If-None-Match was judged before the change (respond_precondition_failed). */
+   its conditions were judged before the change (respond_precondition_failed). */
 static bool not_modified(struct api_call *call, const char *tag, const char *caching)
 {
-    const char *known = api_request_header(call->request, "If-None-Match");
     const char *method = call->request->method;
     bool reads = strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0;
 
+    if (reads && match_failed(call, tag)) {
+        return true;
+    }
     add_tag(call->response, tag);
     (void)api_response_header_text(call->response, "Cache-Control", caching);
-    if (!reads || !known || !names_tag(known, tag)) {
+    if (!reads || !condition_names(call, "If-None-Match", tag)) {
         return false;
     }
     call->response->status = 304;
@@ -230,25 +267,13 @@ bool respond_not_modified_ever(struct api_call *call, const char *tag)
 
 bool respond_precondition_failed(struct api_call *call, const char *tag)
 {
-    const char *wanted = api_request_header(call->request, "If-Match");
-    const char *unwanted = api_request_header(call->request, "If-None-Match");
-
-    if (wanted && !names_tag(wanted, tag) && !tag) {
-        (void)problem_respond(call, "precondition-failed",
-                              "If-Match names %.80s, but a job that has not ended has no tag.",
-                              wanted);
+    if (match_failed(call, tag)) {
         return true;
     }
-    if (wanted && !names_tag(wanted, tag)) {
+    if (condition_names(call, "If-None-Match", tag)) {
         (void)problem_respond(call, "precondition-failed",
-                              "If-Match names %.80s, but the tag is \"%s\" now: it is another one "
-                              "than you have seen.",
-                              wanted, tag);
-        return true;
-    }
-    if (unwanted && names_tag(unwanted, tag)) {
-        (void)problem_respond(call, "precondition-failed",
-                              "If-None-Match names %.80s, and that is what is there.", unwanted);
+                              "If-None-Match names %.80s, and that is what is there.",
+                              api_request_header(call->request, "If-None-Match"));
         return true;
     }
     return false;

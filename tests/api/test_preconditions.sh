@@ -37,6 +37,17 @@ for path in "models/$MODEL" "surfaces/$SURFACE" "volumes/$VOLUME" "meshes/$MESH"
     is "$STATUS" 200 "$kind: and is there"
     get "/v1/$path" --header "If-None-Match: $first"
     is "$STATUS" 304 "$kind: a GET that names it is 304"
+    get "/v1/$path" --header 'If-None-Match: "other"' --header "If-None-Match: $first"
+    is "$STATUS" 304 "$kind: in whichever of two fields, as a list may come in parts"
+    get "/v1/$path" --header 'If-Match: "other"'
+    is_problem 412 precondition-failed "$kind: a GET of what is not there any more is 412"
+    is "$(header Cache-Control)" '' "$kind: which nobody keeps"
+    request HEAD "/v1/$path" --header 'If-Match: "other"'
+    is "$STATUS" 412 "$kind: HEAD, too"
+    get "/v1/$path" --header 'If-Match: "other"' --header "If-Match: $first"
+    is "$STATUS" 200 "$kind: a GET of what is there is answered"
+    get "/v1/$path" --header 'If-Match: *'
+    is "$STATUS" 200 "$kind: and of whatever is there"
     conditions=('If-None-Match: *' 'If-Match: "other"')
     [ "$kind" != meshes ] || conditions+=("If-None-Match: $first" "If-None-Match: \"x\", W/$first")
     for condition in "${conditions[@]}"; do
