@@ -19,6 +19,7 @@
 #include "jobs/tasks.h"
 #include "log.h"
 #include "store/task.h"
+#include "text.h"
 
 #include <math.h>
 #include <sodium.h>
@@ -399,6 +400,7 @@ void leases_failure(struct api_call *call)
             "whether any attempt would end so.");
     } else if (body) {
         (void)snprintf(reason, sizeof reason, "%s", detail);
+        text_trim_cut(reason);
         LOG_WARN("task-failed", log_text("task", call->parameters[0]), log_text("detail", reason));
         respond_nothing(call, jobs_lease_give_back(call->api->config.jobs, call->parameters[0],
                                                    &proof, reason, json_is_true(certain)));

@@ -11,6 +11,7 @@
 #include "api/handler.h"
 
 #include "api/respond.h"
+#include "text.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -242,6 +243,7 @@ int problem_respond(struct api_call *call, const char *code, const char *format,
     va_start(arguments, format);
     (void)vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);
+    text_trim_cut(detail);
     return respond_problem(call->response,
                            problem_json(code, detail, call->request->path, call->request->id),
                            problem_status(code));
@@ -275,6 +277,7 @@ void problem_add(struct problem_list *list, const char *pointer, const char *for
     va_start(arguments, format);
     (void)vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);
+    text_trim_cut(detail);
     if (!list->errors) {
         list->errors = json_array();
     }

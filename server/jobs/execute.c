@@ -23,6 +23,7 @@
 
 #include "clock.h"
 #include "store/job.h"
+#include "text.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -172,6 +173,7 @@ void jobs_run_execute(struct jobs_run *run)
                  "This version has no process of that name.");
     }
     result.problem_detail[sizeof result.problem_detail - 1] = '\0';
+    text_trim_cut(result.problem_detail);
     ended = write_ending(run, judge(run, &result));
     if (ended != STORE_JOB_RUNNING) {
         count_ending(run, ended, clock_now() - started);

@@ -14,11 +14,13 @@
 #include "clock.h"
 #include "jobs/internal.h"
 #include "store/job.h"
+#include "text.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#define REASONS_TOLD ((size_t)280) /* bytes of what workers said */
 #define LOOK_SECONDS 0.25
 
 void jobs_rounds_init(struct jobs_rounds *rounds)
@@ -363,9 +365,13 @@ static int fail_poisoned(struct jobs_run *run, const struct jobs_open_round *rou
     for (char *at = reasons; (at = strchr(at, '\n')) != NULL;) {
         *at = ';';
     }
+    if (strlen(reasons) > REASONS_TOLD) {
+        reasons[REASONS_TOLD] = '\0';
+        text_trim_cut(reasons);
+    }
     result->problem_code = "task-failed";
     (void)snprintf(result->problem_detail, sizeof result->problem_detail,
-                   "Task %zu of %zu (%s) was lost %lld times by %zu worker%s, which said: %.280s.",
+                   "Task %zu of %zu (%s) was lost %lld times by %zu worker%s, which said: %s.",
                    round->poison + 1, round->what->n, round->what->kind->name,
                    (long long)slot->row.lost, workers, workers == 1 ? "" : "s",
                    reasons[0] ? reasons : "nothing");

@@ -10,6 +10,7 @@
 #include "clock.h"
 #include "log.h"
 #include "priority.h"
+#include "text.h"
 
 #include <jansson.h>
 #include <math.h>
@@ -290,7 +291,8 @@ static void tell_failure(struct worker_slot *slot, const struct lease *lease, co
     json_t *document;
     char *body;
 
-    (void)snprintf(detail, sizeof detail, "%.230s", what);
+    (void)snprintf(detail, sizeof detail, "%s", what);
+    text_trim_cut(detail);
     document = json_pack("{s:s, s:b}", "detail", detail, "certain", certain);
     body = json_dumps(document, JSON_COMPACT);
     make_path(path, lease, "/failure");

@@ -68,6 +68,17 @@ poll_job "$JOB" 20
 is "$JOB_STATUS" failed 'two workers say the same, and the job fails'
 like "$(json .exception.detail)" 'was lost 2 times by 2 workers' 'and how many tried is told'
 
+# Cut within a character, where there is no room for the sentence.
+LONG="x$(printf 'ä%.0s' $(seq 150))"
+submit "$PAIR"
+for name in cutter other; do
+    WAIT=3 lease_as "$name"
+    fail "$LONG" true
+done
+poll_job "$JOB" 20
+like "$(json .exception.detail)" 'which said: .*xä+' 'a long failure in any script is told'
+unlike "$(json .exception.detail)" '\?' 'and ends with a whole character'
+
 # ---- Slots -----------------------------------------------------------------------------------------------
 
 submit "$(jq -c '[.[3], .[1], .[0]]' <<<"$SURFACES")"
