@@ -321,6 +321,7 @@ void jobs_remotes(struct jobs *jobs,
 {
     struct jobs_remotes *remotes = &jobs->remotes;
     struct jobs_remote_state *copy;
+    double now = clock_now();
     size_t count;
 
     pthread_mutex_lock(&remotes->mutex);
@@ -329,6 +330,7 @@ void jobs_remotes(struct jobs *jobs,
     copy = count > 0 ? malloc(count * sizeof *copy) : NULL;
     for (size_t i = 0; copy && i < count; i++) {
         copy[i] = remotes->list[i];
+        copy[i].alive = jobs_remote_leased(&copy[i]) > 0 || now < copy[i].until;
         copy[i].barred = jobs_bars_find(remotes, &copy[i].remote) != NULL;
     }
     pthread_mutex_unlock(&remotes->mutex);

@@ -114,6 +114,7 @@ struct jobs_remote_state {
     int64_t first_ms, last_ms; /* signs of it, by the clock of the day */
     double last;               /* by the monotonic clock */
     double until;              /* by the same: it lives so long, without a sign */
+    bool alive;                /* jobs_remotes: it has a lease, or its silence is not long yet */
     bool barred;               /* jobs_remotes: it gets no tasks (bars.c) */
     size_t losses;             /* leases that ended without a result since the last with one */
     double rest_until;         /* by the monotonic clock: it gets nothing before, beside others */

@@ -102,6 +102,7 @@ is "$(json '.matrix | tojson')" "$LOCAL" 'two workers: the same bits'
 get /v1/workers
 is "$(json '[[.items[].done], [.items[].kinds.pairs.done] | add] | tojson')" '[6,6]' 'each pair was a task, and was done once'
 is "$(json '[.items[] | select(.done > 0)] | length')" 2 'both have worked'
+is "$(json '[.items[] | select(.done > 0) | .alive] | unique | tojson')" '[true]' 'and are there'
 is "$(told task-done)" 6 'as they say themselves'
 compare "$(find "$SCRATCH/cache" -type f | wc -l)" '>=' 2 'what tasks were about is kept on the disk'
 get /metrics
@@ -296,6 +297,7 @@ JOB=$(json .jobID)
 sleep 1
 get /v1/workers
 is "$(json '[.items[] | select(.worker == "gone") | .leased] | max')" 0 'and no task is leased to nobody'
+is "$(json '[.items[] | select(.worker == "gone") | .alive] | unique | tojson')" '[false]' 'it is listed as gone'
 
 # ---- A result twice --------------------------------------------------------------------------------------
 
@@ -379,6 +381,13 @@ is "$STATUS $(json .executor)" '200 workers' 'but for admins'
 "$SRNFD" worker --server "$URL" --slots 1 2>"$SCRATCH/refused"
 is "$?" 3 'a worker without a token ends, refused'
 like "$(cat "$SCRATCH/refused")" 'token-required' 'and says why'
+unlike "$(cat "$SCRATCH/refused")" '"event": ?"working"' 'and not that it works'
+for empty in '' $'\n'; do
+    printf '%s' "$empty" >"$SCRATCH/empty"
+    "$SRNFD" worker --server "$URL" --slots 1 --token-file "$SCRATCH/empty" 2>"$SCRATCH/refused"
+    is "$?" 2 'a file that has no token is refused'
+    like "$(head -n 1 "$SCRATCH/refused")" 'is empty.*/empty$' 'by its name'
+done
 "$SRNFD" worker --server http://192.0.2.1:8080 2>"$SCRATCH/refused"
 is "$?" 2 'clear text beyond this machine is refused'
 like "$(cat "$SCRATCH/refused")" 'https' 'and the worker says so'

@@ -1064,6 +1064,7 @@ export interface components {
                 cpu: string;
                 token: string;
                 slots: number;
+                alive: boolean;
                 barred: boolean;
                 first: string;
                 last: string;

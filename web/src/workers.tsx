@@ -59,7 +59,7 @@ export function Workers() {
                         <div class="scroll" tabIndex={0} role="region" aria-label={t`Workers`}><table>
                             <thead><tr>{[t`Worker`, t`Host`, t`Processor`, t`Token`, t`At work`, t`Done`, t`Lost`, t`First sign`, t`Last sign`].map((title) => <th scope="col">{title}</th>)}</tr></thead>
                             <tbody>{items.map((w) => (
-                                <tr><td><code>{w.worker}</code>{w.barred && <div class="wrong">{t`barred`}</div>}</td><td>{w.host}</td><td>{w.cpu}</td><td>{w.token || t`none`}</td><td>{t`${w.leased} of ${w.slots}`}</td>
+                                <tr><td><code>{w.worker}</code>{!w.alive && <div class="quiet">{t`gives no sign`}</div>}{w.barred && <div class="wrong">{t`barred`}</div>}</td><td>{w.host}</td><td>{w.cpu}</td><td>{w.token || t`none`}</td><td>{t`${w.leased} of ${w.slots}`}</td>
                                     <td>{w.done}{Object.entries(w.kinds).map(([kind, of]) => <div class="quiet">{kind} {of.done}</div>)}</td>
                                     <td>{w.lost}</td><td>{when(w.first)}</td><td>{when(w.last)}</td></tr>
                             ))}</tbody></table></div>
