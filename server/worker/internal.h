@@ -50,6 +50,7 @@ struct worker {
     size_t n_slots, n_started;
     struct worker_slot *slots; /* [n_slots] */
     atomic_size_t running;     /* threads of slots */
+    atomic_bool accepted;      /* the service has answered that it may work */
     atomic_bool draining;      /* nothing more is leased */
     atomic_bool hurried;       /* what is computed is given back */
     atomic_bool over;          /* no heartbeats any more */

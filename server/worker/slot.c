@@ -183,7 +183,10 @@ static double idle_left(const struct worker *worker)
 static bool ask(struct worker_slot *slot, struct lease *lease)
 {
     struct worker *worker = slot->worker;
-    double wait = fmin(POLL_SECONDS, fmax(idle_left(worker), 0.0));
+    /* The first request waits for nothing but the word that this worker may work. */
+    double wait = atomic_load(&worker->accepted)
+                      ? fmin(POLL_SECONDS, fmax(idle_left(worker), 0.0))
+                      : 0.0;
     json_t *document =
         json_pack("{s:s, s:s, s:s, s:I, s:s, s:f}", "worker", worker->name, "host", worker->host,
                   "cpu", worker->cpu, "slots", (json_int_t)worker->n_slots, "numericBuild",
@@ -205,6 +208,11 @@ static bool ask(struct worker_slot *slot, struct lease *lease)
              &answer);
     }
     free(body);
+    if ((answer.status == 201 || answer.status == 204) &&
+        !atomic_exchange(&worker->accepted, true)) {
+        LOG("working", log_text("server", worker->target.url), log_text("worker", worker->name),
+            log_number("slots", (double)worker->n_slots), log_text("numericBuild", worker->build));
+    }
     if (answer.status == 201) {
         leased = read_lease(&answer, lease);
         if (!leased) {

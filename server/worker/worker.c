@@ -95,6 +95,18 @@ static bool is_standard_input(const char *path)
     return path && strcmp(path, "-") == 0;
 }
 
+/* Whether the file begins with a line that has something. */
+static bool has_line(const char *path)
+{
+    FILE *file = fopen(path, "re");
+    int first = file ? fgetc(file) : EOF;
+
+    if (file) {
+        (void)fclose(file);
+    }
+    return first != EOF && first != '\n' && first != '\r';
+}
+
 static int read_options(struct options *options, int n_arguments, char **arguments)
 {
     long processors = sysconf(_SC_NPROCESSORS_ONLN);
@@ -145,6 +157,11 @@ static int read_options(struct options *options, int n_arguments, char **argumen
     if (options->token_file && !is_standard_input(options->token_file) &&
         access(options->token_file, R_OK) != 0) {
         return wrong_use("the file of the token cannot be read", options->token_file);
+    }
+    if (options->token_file && !is_standard_input(options->token_file) &&
+        !has_line(options->token_file)) {
+        return wrong_use("the file of the token is empty, or begins with an empty line",
+                         options->token_file);
     }
     if (is_standard_input(options->certificate) && !is_standard_input(options->token_file)) {
         return wrong_use("--certificate - goes with --token-file -", NULL);
@@ -381,8 +398,7 @@ int worker_command(int n_arguments, char **arguments)
         status = 1;
     } else {
         introduce(&worker);
-        LOG("working", log_text("server", url), log_text("worker", worker.name),
-            log_number("slots", (double)worker.n_slots), log_text("numericBuild", worker.build));
+        LOG("starting", log_text("server", url), log_text("worker", worker.name));
         status = run(&worker, &signals, options.grace_seconds);
         LOG("stopped", log_number("status", (double)status));
     }
