@@ -4,10 +4,13 @@
 #include "toolkit/codes.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "toolkit/outliers.h"
 
 #define OTHERS_MIN 3
+#define TORN_MIN 10         /* others that are enough to see how they lie */
+#define DEVIATIONS_TORN 3.5 /* Iglewicz and Hoaglin's (outliers.c) */
 
 static const double codes[] = {-9.0,    -77.0,   -88.0,    -99.0,    -777.0,   -888.0, -999.0,
                                -8888.0, -9999.0, 99.0,     777.0,    888.0,    999.0,  8888.0,
@@ -47,6 +50,12 @@ static bool is_apart(const struct code *code, double scatter)
                                       : code->value - code->highest > span;
 }
 
+/* Whether it is below 0 where many others are not. */
+static bool is_only_negative(size_t n, const struct code *code)
+{
+    return code->value < 0.0 && code->lowest >= 0.0 && n - code->members >= TORN_MIN;
+}
+
 /* How the values that are no codes, and are not the value of this one, lie; how many they are. */
 static size_t describe(size_t n, const double *values, double *scratch, struct code *code,
                        double *scatter)
@@ -83,6 +92,56 @@ static void count_members(size_t n, const double *values, struct code *code)
     }
 }
 
+static int compare(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+
+    return (x > y) - (x < y);
+}
+
+/* Whether others are no continuation down to the value, which lies below: it is further from them
+   than neighbours of their lower half are from each other, and too far from the middle. Leaves the
+   others in scratch. */
+static bool is_torn_off(size_t n, const double *values, double scatter, const struct code *code,
+                        double *scratch)
+{
+    size_t count = 0;
+    double gap = 0.0;
+
+    for (size_t i = 0; i < n; i++) {
+        if (!is_code(values[i]) && !is_same(values[i], code->value)) {
+            scratch[count++] = values[i];
+        }
+    }
+    qsort(scratch, count, sizeof *scratch, compare);
+    for (size_t i = 1; i <= count / 2; i++) {
+        gap = fmax(gap, scratch[i] - scratch[i - 1]);
+    }
+    return count >= TORN_MIN && code->lowest > 0.0 && scatter > 0.0 &&
+           code->lowest - code->value > 2.0 * gap &&
+           scratch[count / 2] - code->value > DEVIATIONS_TORN * scatter;
+}
+
+/* Whether two or more have the value, and no two of the others have one. */
+static bool is_repeated_alone(size_t n, const double *values, const struct code *code,
+                              double *scratch)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < n; i++) {
+        if (!is_same(values[i], code->value)) {
+            scratch[count++] = values[i];
+        }
+    }
+    qsort(scratch, count, sizeof *scratch, compare);
+    for (size_t i = 1; i < count; i++) {
+        if (is_same(scratch[i], scratch[i - 1])) {
+            return false;
+        }
+    }
+    return code->members >= 2 && count >= TORN_MIN;
+}
+
 /* The soft code that most have, where there is one. */
 static void find_soft(size_t n, const double *values, double *scratch, struct code *found)
 {
@@ -96,7 +155,8 @@ static void find_soft(size_t n, const double *values, double *scratch, struct co
             continue;
         }
         span = code.highest - code.lowest;
-        if (span > 0.0 && code.lowest - code.value > span) {
+        if (span > 0.0 &&
+            (code.lowest - code.value > span || is_torn_off(n, values, scatter, &code, scratch))) {
             *found = code;
         }
     }
@@ -113,8 +173,15 @@ bool code_find(size_t n, const double *values, double *scratch, struct code *fou
     }
     for (size_t i = 0; i < n; i++) {
         code.value = values[i];
-        if (is_code(values[i]) && is_apart(&code, scatter)) {
-            count_members(n, values, &code);
+        if (!is_code(values[i])) {
+            continue;
+        }
+        count_members(n, values, &code);
+        if (code.first < i) {
+            continue;
+        }
+        if (is_apart(&code, scatter) || is_only_negative(n, &code) ||
+            is_repeated_alone(n, values, &code, scratch)) {
             *found = code.members > found->members ? code : *found;
         }
     }
