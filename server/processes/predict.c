@@ -133,8 +133,8 @@ static const struct process_output outputs[] = {
     {"priors", OUTPUT_OBJECT, "That the probabilities rest on, by class."},
     {"method", OUTPUT_STRING, "srnf-gauss or srnf-nn."},
     {"assessment", OUTPUT_OBJECT_OR_NULL,
-     "Of the surfaces with a truth among the classes that it was not trained on, where there are "
-     "some of each class: " ASSESSMENT_TEXT "."},
+     "Of the surfaces with a truth among the classes that it was not trained on, not on one part "
+     "of them either, where there are some of each class: " ASSESSMENT_TEXT "."},
     BRIDGED_GROUP_OUTPUTS,
     REGISTRATION_OUTPUT,
     {NULL, NULL, NULL},
@@ -211,6 +211,7 @@ static void answer_clear(struct predict_answer *answer)
     srnf_free(answer->probabilities);
     srnf_free(answer->predicted);
     srnf_free(answer->trained);
+    srnf_free(answer->known);
     srnf_free(answer->traits);
     srnf_free(answer->nearest);
     compute_group_clear(&answer->group);
@@ -225,11 +226,13 @@ static bool answer_open(struct predict_answer *answer, size_t n, size_t classes)
     answer->probabilities = srnf_alloc(n, classes * sizeof(double));
     answer->predicted = srnf_alloc(n, sizeof *answer->predicted);
     answer->trained = srnf_alloc(n, sizeof *answer->trained);
+    answer->known = srnf_alloc(n, sizeof *answer->known);
     answer->traits = srnf_alloc(n, PREDICT_TRAITS * sizeof *answer->traits);
     answer->nearest = srnf_alloc(n, 2 * sizeof(double));
     answer->mirrored = answer->nearest ? answer->nearest + n : NULL;
     return answer->nearest && answer->priors && answer->predictions && answer->evidence &&
-           answer->probabilities && answer->predicted && answer->trained && answer->traits;
+           answer->probabilities && answer->predicted && answer->trained && answer->known &&
+           answer->traits;
 }
 
 /* Each value of surface i among those of the training members; of one of them its own, as it is
@@ -255,10 +258,43 @@ static int judge(const struct kept *kept, size_t i, size_t member, struct predic
     return status == SRNF_EINVAL ? SRNF_ENUMERIC : status;
 }
 
+/* Of the training members, part after part where they are of several structures. */
+static const json_t *contents_of(const struct kept *kept)
+{
+    const json_t *shapes = json_object_get(kept->made, "shapes");
+
+    return shapes ? shapes : json_object_get(kept->made, "contents");
+}
+
+size_t predict_known_parts(const struct kept *kept, const struct predict_answer *answer, size_t i,
+                           size_t *first)
+{
+    const json_t *contents = contents_of(kept);
+    size_t n = kept->model.pca.n, n_parts = kept->model.joint.n_parts, count = 0;
+
+    *first = n_parts;
+    for (size_t part = 0; part < n_parts; part++) {
+        const char *own = answer->group.contents[part * answer->n + i];
+        size_t m = 0;
+
+        while (m < n) {
+            const char *one = json_string_value(json_array_get(contents, part * n + m));
+
+            if (one && strcmp(one, own) == 0) {
+                break;
+            }
+            m++;
+        }
+        if (m < n && count++ == 0) {
+            *first = part;
+        }
+    }
+    return count;
+}
+
 size_t predict_member(const struct kept *kept, const struct predict_answer *answer, size_t i)
 {
-    const json_t *shapes = json_object_get(kept->made, "shapes"); /* of several structures */
-    const json_t *contents = shapes ? shapes : json_object_get(kept->made, "contents");
+    const json_t *contents = contents_of(kept);
     size_t n = kept->model.pca.n, n_parts = kept->model.joint.n_parts, member = 0, part = 0;
 
     while (member < n && part < n_parts) {
@@ -278,9 +314,10 @@ static int finish(const struct kept *kept, struct predict_answer *answer,
     int status = 0;
 
     for (size_t i = 0; i < answer->n && status == 0; i++) {
-        size_t member = predict_member(kept, answer, i);
+        size_t member = predict_member(kept, answer, i), first;
 
         answer->trained[i] = member < kept->model.pca.n;
+        answer->known[i] = predict_known_parts(kept, answer, i, &first);
         answer->predicted[i] =
             srnf_platt_choose(k, answer->probabilities + i * k, answer->evidence + i * k);
         status = judge(kept, i, member, answer);

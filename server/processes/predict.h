@@ -86,12 +86,17 @@ struct predict_answer {
     double *evidence, *probabilities;          /* [n][classes] */
     size_t *predicted;                         /* [n] */
     bool *trained;                             /* [n] the surface is one that it was trained on */
-    struct srnf_typicality *traits;            /* [n][PREDICT_TRAITS] */
+    size_t *known; /* [n] parts that it was trained on, of one of its subjects or of several */
+    struct srnf_typicality *traits; /* [n][PREDICT_TRAITS] */
     double *nearest, *mirrored; /* [n] distances from the nearest training member, and those of the
                                    mirror images; the same where these were not tried */
 };
 extern const enum srnf_trait predict_traits[PREDICT_TRAITS];
 
+/* The parts of subject i whose surface a training member has as the same part; first: the first of
+   them, or their number. */
+size_t predict_known_parts(const struct kept *kept, const struct predict_answer *answer, size_t i,
+                           size_t *first);
 /* The training member whose surfaces all have the content of subject i, or their number. */
 size_t predict_member(const struct kept *kept, const struct predict_answer *answer, size_t i);
 /* predict_mirrored.c: the distances of the mirror images, but for training members. A core

@@ -204,6 +204,40 @@ static double shown(const struct kept *kept, size_t k, double number)
     return k < kept->sizes ? exp(number) : number;
 }
 
+/* What a length has to be multiplied by to lie among those of the members, where it is another unit
+   of them; 0: it is none. Logarithms of lengths. */
+static double unit_of(double value, double lowest, double highest)
+{
+    static const double units[] = {1000.0, 100.0, 25.4, 10.0};
+    const double room = log(1.2); /* a new one may well be a little larger than all */
+
+    for (size_t k = 0; k < 2 * sizeof units / sizeof units[0]; k++) {
+        double factor = k % 2 ? 1.0 / units[k / 2] : units[k / 2];
+        double there = value + log(factor);
+
+        if (there >= lowest - room && there <= highest + room) {
+            return factor;
+        }
+    }
+    return 0.0;
+}
+
+/* A surface in metres where those of the members were in millimetres. */
+static void warn_unit(const struct kept *kept, const char *covariate, const double range[3],
+                      double factor, size_t i, const char *name, json_t *warnings)
+{
+    double value = exp(range[0]), lowest = exp(range[1]), highest = exp(range[2]);
+
+    warning_add(
+        warnings, "extrapolated",
+        json_pack("{s:I, s:s, s:f, s:f, s:f, s:f}", "index", (json_int_t)i, "covariate", covariate,
+                  "value", value, "lowest", lowest, "highest", highest, "factor", factor),
+        "%s %zu (%.60s) has %.60s = %.6g, where the members that the classifier was trained "
+        "on have %.6g to %.6g. Times %.6g it would lie among them: is its mesh in another "
+        "unit? Then its label and its probabilities say nothing; scale it to theirs.",
+        predict_what(kept), i, name, covariate, value, lowest, highest, factor);
+}
+
 json_t *predict_numbers_json(const struct kept *kept, const double *numbers, size_t i,
                              const char *name, json_t *warnings)
 {
@@ -212,13 +246,20 @@ json_t *predict_numbers_json(const struct kept *kept, const double *numbers, siz
 
     for (size_t k = 0; k < count; k++) {
         const char *covariate = json_string_value(json_array_get(kept->feature_names, k));
-        double value = numbers[i * count + k], lowest = INFINITY, highest = -INFINITY;
+        double value = numbers[i * count + k], lowest = INFINITY, highest = -INFINITY, factor;
 
         for (size_t m = 0; m < kept->model.pca.n; m++) {
             lowest = fmin(lowest, kept->numbers[m * count + k]);
             highest = fmax(highest, kept->numbers[m * count + k]);
         }
-        if (value < lowest || value > highest) {
+        factor = k < kept->sizes && (value < lowest || value > highest)
+                     ? unit_of(value, lowest, highest)
+                     : 0.0;
+        if (factor > 0.0) {
+            const double range[3] = {value, lowest, highest};
+
+            warn_unit(kept, covariate, range, factor, i, name, warnings);
+        } else if (value < lowest || value > highest) {
             warning_add(warnings, "extrapolated",
                         json_pack("{s:I, s:s, s:f, s:f, s:f}", "index", (json_int_t)i, "covariate",
                                   covariate, "value", shown(kept, k, value), "lowest",

@@ -48,6 +48,23 @@ static void list_far(const struct srnf_typicality *traits, char *text, size_t si
     }
 }
 
+/* A subject that it was trained on, some of whose structures were segmented anew. */
+static void warn_known_parts(const struct kept *kept, const struct predict_answer *answer, size_t i,
+                             const char *name, json_t *warnings)
+{
+    size_t first, count = predict_known_parts(kept, answer, i, &first);
+    const char *part =
+        json_string_value(json_object_get(json_array_get(kept->parts, first), "name"));
+
+    warning_add(warnings, "training-subject",
+                json_pack("{s:I, s:I, s:s}", "member", (json_int_t)i, "parts", (json_int_t)count,
+                          "part", part ? part : ""),
+                "The classifier was trained on %zu of %zu parts of subject %zu (%.60s), \"%.60s\" "
+                "first: is it one of its subjects, with the others segmented anew? That it is told "
+                "says nothing of others. It is not counted in the assessment.",
+                count, kept->model.joint.n_parts, i, name, part ? part : "");
+}
+
 static json_t *warnings_of_one(const struct kept *kept, const struct predict_answer *answer,
                                size_t i, const char *name)
 {
@@ -69,6 +86,8 @@ static json_t *warnings_of_one(const struct kept *kept, const struct predict_ans
                     "%s %zu (%.60s) is one that the classifier was trained on: that it is "
                     "told says nothing of others. It is not counted in the assessment.",
                     predict_what(kept), i, name);
+    } else if (answer->known[i] > 0) {
+        warn_known_parts(kept, answer, i, name, warnings);
     }
     return warnings;
 }
@@ -125,7 +144,7 @@ static json_t *prediction_json(const struct group_input *group, const struct kep
 
 /* ---- All of them ----------------------------------------------------------------------------- */
 
-/* The members that have a class and were not trained on, one after the other; numbers: [3][n]. */
+/* The members that have a class and no part of which was trained on, one after the other; numbers: [3][n]. */
 struct known {
     size_t n;
     size_t *at, *labels, *subjects;
@@ -150,7 +169,7 @@ static bool find_known(const struct group_input *group, const struct kept *kept,
         size_t c = kept_class(kept, json_string_value(json_array_get(labels, i)));
         size_t first = 0;
 
-        if (c == k || answer->trained[i]) {
+        if (c == k || answer->known[i] > 0) {
             continue;
         }
         while (first < known->n && group->subjects[known->at[first]] != group->subjects[i]) {

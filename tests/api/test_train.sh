@@ -148,8 +148,13 @@ for METHOD in srnf-gauss srnf-nn; do
     compare "$(json '.predictions[1].probabilities.flat')" '>' "$(json '.predictions[0].probabilities.flat')" 'an older one is likelier flat'
     is "$(json '[.predictions[] | [.warnings[] | select(.code == "extrapolated") | .figures | select(.covariate != "size") | [.covariate, .value, .highest]]] | tojson')" \
         '[[],[["age",99,81]]]' 'and beyond what was trained on'
+    FLAT=$(json '.predictions[1] | .label')
+    post_json /v1/surfaces "$(shape 12 round | jq -c '.coefficients |= map_values(if type == "array" then map(. / 1000) else . end)')"
+    execute predict "{\"model\":\"$AGED\",\"surfaces\":[\"$(json .id)\"],\"covariates\":[{\"age\":40,\"dose\":0}]}" -H "$WAIT"
+    is "$STATUS $(json '[.warnings[] | select(.code == "extrapolated") | .figures | [.covariate, .factor]] | tojson')" \
+        '200 [["size",1000]]' 'metres among millimetres are told by the factor'
+    like "$(json '.warnings[] | select(.code == "extrapolated") | .detail')" 'Times 1000 it would lie among them: is its mesh in another unit' 'in words'
 done
-FLAT=$(json '.predictions[1] | .label')
 is "$FLAT" flat 'whose neighbours are flat'
 
 # ---- Models of two kinds ---------------------------------------------------------------------------------

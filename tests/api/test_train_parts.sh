@@ -134,6 +134,16 @@ is "$STATUS $(jq -s 'map([.predictions[] | {subject, probabilities}] | sort_by(.
     '200 true' 'by another covariate, without labels'
 is "$(json .assessment)" null 'which cannot be assessed'
 
+# ---- A structure that was segmented anew ---------------------------------------------------------------
+
+get "/v1/surfaces/$(jq -r '.[5].id' "$SCRATCH/members.json")/coefficients"
+post_json /v1/surfaces "$(jq -c '{coefficients: {lmax, x: (.x | .[7] += 0.002), y, z}}' "$BODY")"
+cohort again ".[24:] + [.[4], (.[5] | .id = \"$(json .id)\")]"
+predict "$MODEL" '"cohort":"again"'
+is "$STATUS $(json '[.warnings[] | select(.code == "training-subject") | .figures | [.member, .parts, .part]] | tojson')" '200 [[6,1,"first"]]' \
+    'a subject that it was trained on is known by one part'
+is "$(json '[.predictions[6].trainingSubject, .assessment.members] | tojson')" '[false,6]' 'and is not counted in the assessment'
+
 # ---- Sizes and covariates ------------------------------------------------------------------------------
 
 train known '"components":1,"scale":"shape-and-size","covariates":["age"]'
