@@ -84,10 +84,12 @@ static const struct process_output outputs[] = {
      "[{subject, visits, times (first and last), weight, length (root of the mean square of its "
      "displacement per unit of time), along (its part along what the other subjects predict for "
      "it), speed (that over the length of the prediction: 1 as fast as the others), "
-     "speedPercentile, deviation (of its slope from the prediction), oddness (the same in L2 of "
-     "SRNFs, in standard deviations), percentile (of oddness), distance (in L2 of SRNFs), field}]. "
+     "speedPercentile and speedPercentileInterval, deviation (of its slope from the prediction), "
+     "oddness (the same in L2 of "
+     "SRNFs, in standard deviations), percentile and percentileInterval (of oddness), distance (in "
+     "L2 of SRNFs), field}]. "
      "Percentiles, 0 to 100, are those among the other subjects, each of which is judged without "
-     "itself as well."},
+     "itself as well; their intervals hold at 95 % what endlessly many subjects would give."},
     {"formula", "\"type\":[\"string\",\"null\"]", "As given."},
     {"terms", OUTPUT_OBJECTS, "Of the formula, about slopes: as in regress."},
     {"model", OUTPUT_OBJECT_OR_NULL, "The same of all terms together; null without a formula."},

@@ -107,7 +107,10 @@ static json_t *subjects_json(const struct trajectories *asked,
                         s->first, s->last, "weight", json_finite(s->weight), "speed",
                         json_finite(s->speed), "speedPercentile", json_finite(s->faster.percentile),
                         "oddness", json_finite(s->odd.value));
+        (void)json_object_set_new(one, "speedPercentileInterval",
+                                  json_vector(s->faster.interval, 2));
         (void)json_object_set_new(one, "percentile", json_finite(s->odd.percentile));
+        (void)json_object_set_new(one, "percentileInterval", json_vector(s->odd.interval, 2));
         (void)json_object_set_new(one, "length", json_finite(slope->length[k] * scale));
         (void)json_object_set_new(one, "along", json_finite(slope->along[k] * scale));
         (void)json_object_set_new(one, "deviation", json_finite(slope->deviation[k] * scale));
@@ -150,10 +153,10 @@ json_t *trajectories_document(struct jobs_run *run, const struct trajectories *a
     (void)json_object_set_new(document, "weighted", json_boolean(found->weighted));
     (void)json_object_set_new(document, "within",
                               found->freedom ? json_finite(found->within) : json_null());
-    (void)json_object_set_new(document, "between", json_finite(found->between));
     (void)json_object_set_new(document, "withinInterval",
                               found->freedom ? json_vector(found->within_interval, 2)
                                              : json_null());
+    (void)json_object_set_new(document, "between", json_finite(found->between));
     (void)json_object_set_new(document, "betweenInterval", json_vector(found->between_interval, 2));
     (void)json_object_set_new(document, "perSubject", subjects_json(asked, found, points, scale));
     if (!json_object_get(document, "model")) {

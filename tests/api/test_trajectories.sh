@@ -55,6 +55,9 @@ is "$(json '[.slope.rate, .slope.variation, .slope.individual, .slope.share | .v
 is "$(json '[(.surface.maps | length), (.terms | length), .model] | tojson')" '[8,0,null]' 'with eight maps and no terms'
 is "$(json '.perSubject | max_by(.oddness | real) | [.subject, .percentile, .speedPercentile] | tojson')" '["s9",95,95]' \
     'the patient who grows fastest is the oddest'
+is "$(json '[.perSubject[] | (.percentile >= .percentileInterval[0] and .percentile <= .percentileInterval[1] and
+    .speedPercentile >= .speedPercentileInterval[0] and .speedPercentile <= .speedPercentileInterval[1])] | all')" true \
+    'within intervals of the percentiles'
 compare "$(json '.perSubject[9].speed | real')" '>' 3 'three times as fast as the others'
 
 cohort dated 'map(.time = 20200000 + (.time - 60) * 10000 + 228)'
