@@ -18,6 +18,10 @@ static const struct term {
     const char *name, *words;
 } terms[] = {
     {"areaDifference", "area, less that of the mesh, over it"},
+    {"betweenInterval", "95 % interval of between"},
+    {"brier", "Brier score"},
+    {"brierInterval", "95 % interval of the Brier score"},
+    {"brierReference", "Brier score of the priors alone"},
     {"chance", "accuracy by chance"},
     {"confidenceInterval", "95 % interval"},
     {"correct", "right"},
@@ -29,6 +33,8 @@ static const struct term {
     {"leastSignificance", "least p of a point, corrected for all points"},
     {"leastSignificanceInterval", "its interval"},
     {"lmax", "degree"},
+    {"logLossInterval", "95 % interval of the log loss"},
+    {"logLossReference", "log loss of the priors alone"},
     {"majorityRate", "share of the most frequent label"},
     {"max", "at most"},
     {"maxAngle", "angle at most"},
@@ -42,6 +48,7 @@ static const struct term {
     {"pValue", "p"},
     {"pValueInterval", "interval of p"},
     {"p95", "95 % within"},
+    {"percentileInterval", "95 % interval of the percentile"},
     {"perSubject", "subjects"},
     {"predicted", "taken for"},
     {"r2Interval", "interval of r2"},
@@ -52,6 +59,7 @@ static const struct term {
     {"rmsAngle", "angle, root mean square"},
     {"rmsDistance", "distance, root mean square"},
     {"volumeDifference", "volume, less that of the mesh, over it"},
+    {"withinInterval", "95 % interval of within"},
 };
 
 static const char *const not_told[] = {

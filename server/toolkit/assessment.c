@@ -77,12 +77,11 @@ json_t *assessment_json(const struct srnf_assessment *a, const char *const *clas
         json_finite(a->effective), "balancedAccuracy", assessment_rate(&a->balanced), "sensitivity",
         assessment_rates(a->sensitivity, a->classes, classes), "auc",
         assessment_rates(a->auc, a->classes, classes), "chance", json_finite(a->chance),
-        "majorityRate", json_finite(a->majority), "brier", json_finite(a->brier), "brierReference",
-        json_finite(a->brier_reference), "logLoss", json_finite(a->log_loss), "logLossReference",
-        json_finite(a->log_loss_reference), "brierInterval", json_vector(a->brier_interval, 2),
-        "logLossInterval",
-        isfinite(a->log_loss) ? json_vector(a->log_loss_interval, 2) : json_null(), "confusion",
-        confusion_json(a));
+        "majorityRate", json_finite(a->majority), "brier", json_finite(a->brier), "brierInterval",
+        json_vector(a->brier_interval, 2), "brierReference", json_finite(a->brier_reference),
+        "logLoss", json_finite(a->log_loss), "logLossInterval",
+        isfinite(a->log_loss) ? json_vector(a->log_loss_interval, 2) : json_null(),
+        "logLossReference", json_finite(a->log_loss_reference), "confusion", confusion_json(a));
 
     for (size_t c = 0; c < a->classes; c++) {
         (void)json_object_set_new(calibration, classes[c],

@@ -152,6 +152,11 @@ check(has('p', floor + six(results['compare-groups']['pValue'])) and has('distan
 check(has('1', six(results['pca']['model']['eigenvalues'][0]), six(results['pca']['model']['explained'][0])), 'eigenvalues too')
 accuracy = results['classify']['methods']['harmonic-nn']['accuracy']
 check(any(row[0] == 'harmonic-nn' and six(accuracy) in row for row in reader.cells if row), 'accuracies too')
+method = results['classify']['methods']['harmonic-nn']
+ends = lambda rate: f"{six(rate['interval'][0])} to {six(rate['interval'][1])}"
+check(any(ends({'interval': method['confidenceInterval']}) in row and any(ends(method['balancedAccuracy']) in cell for cell in row) for row in reader.cells),
+      'with their intervals, and that of the balanced accuracy', ends(method['balancedAccuracy']))
+check(has('L', six(method['auc']['L']['value']), ends(method['auc']['L'])), 'areas under curves with theirs')
 effect = results['regress']['coefficients'][1]['largestEffect']
 check(has('name', 'degrees of freedom') and has('age', '1') and any('interval of r2' in row for row in reader.cells), 'rows are called by their names, first')
 check('largestEffect' not in results['regress']['coefficients'][0] and any(six(effect) in row for row in reader.cells), 'and what the first row of a table lacks')
@@ -243,6 +248,8 @@ if [ -z "$SRNFD_SANITIZED" ]; then
     check 'and are named in a table' grep -qF "<td>$NEAR" "$SCRATCH/whole.html"
 fi
 unlike "$(cat "$SCRATCH/whole.html")" '<img' 'as text'
+BETWEEN=$(jq -r '.betweenInterval[]' "$SCRATCH/trajectories.json" | xargs printf '%.6g ' | awk '{print $1 " to " $2}')
+check 'variances of slopes have their interval' grep -qF "95 % interval of between</th><td>$BETWEEN</td>" "$SCRATCH/whole.html"
 unlike "$(cat "$SCRATCH/whole.html" "$SCRATCH/all.html")" '<th[^>]*></th>' 'each column and row of a table has a name'
 check 'places of structures by their names and axes' grep -qF \
     "<th scope=\"col\">x</th><th scope=\"col\">y</th><th scope=\"col\">z</th></tr></thead><tbody><tr><th scope=\"row\">front</th>" "$SCRATCH/whole.html"
