@@ -50,6 +50,9 @@ bool cohort_text_next(const char **at, const char **member, size_t *length);
 /* One of them with all that a member can have (new reference). */
 json_t *cohort_text_member(const char *text, size_t length);
 
+/* Whether a label, subject or covariate says nothing: it is absent, null, or a text of white space
+   alone, as tables give for an empty cell. */
+bool cohort_says_nothing(const json_t *value);
 /* The keys of an object for a sentence, in quotes, as many as fit. */
 void cohort_list_names(const json_t *names, char *text, size_t size);
 

@@ -60,6 +60,15 @@ void cohort_check_names(const json_t *value, const char *const *names, const cha
     }
 }
 
+bool cohort_says_nothing(const json_t *value)
+{
+    const char *text = json_string_value(value);
+
+    return !value || json_is_null(value) ||
+           (text && strlen(text) == json_string_length(value) &&
+            strspn(text, " \t\r\n") == json_string_length(value));
+}
+
 static bool is_short_text(const json_t *value)
 {
     return json_is_string(value) && json_string_length(value) <= COHORT_TEXT_MAX &&
@@ -73,7 +82,7 @@ static void read_text(const json_t *member, const char *name, const char *pointe
     json_t *value = json_object_get(member, name);
     char text[POINTER_MAX];
 
-    if (!value || json_is_null(value)) {
+    if (cohort_says_nothing(value)) {
         (void)json_object_set_new(out, name, json_null());
     } else if (is_short_text(value)) {
         (void)json_object_set(out, name, value);
@@ -86,7 +95,7 @@ static void read_text(const json_t *member, const char *name, const char *pointe
 static void read_covariates(const json_t *member, const char *pointer, json_t *out,
                             struct problem_list *list)
 {
-    json_t *value = json_object_get(member, "covariates"), *one;
+    json_t *value = json_object_get(member, "covariates"), *one, *kept;
     char text[POINTER_MAX];
     const char *name;
 
@@ -99,8 +108,10 @@ static void read_covariates(const json_t *member, const char *pointer, json_t *o
         problem_add(list, text, "must be an object of at most %d members", COHORT_COVARIATES_MAX);
         return;
     }
+    kept = json_object();
     json_object_foreach(value, name, one)
     {
+        (void)json_object_set(kept, name, cohort_says_nothing(one) ? json_null() : one);
         if (strlen(name) > COHORT_TEXT_MAX || !(json_is_number(one) || json_is_boolean(one) ||
                                                 json_is_null(one) || is_short_text(one))) {
             (void)snprintf(text, sizeof text, "%s/covariates/%.80s", pointer, name);
@@ -109,7 +120,7 @@ static void read_covariates(const json_t *member, const char *pointer, json_t *o
                         COHORT_TEXT_MAX);
         }
     }
-    (void)json_object_set(out, "covariates", value);
+    (void)json_object_set_new(out, "covariates", kept);
 }
 
 static void read_mirror(const json_t *member, const char *pointer, json_t *out,

@@ -78,7 +78,7 @@ static void refuse_missing(const struct design_build *build, const char *name)
         const json_t *value = value_of(member, name);
 
         (void)json_object_update_missing(seen, json_object_get(member, "covariates"));
-        if (!value || json_is_null(value)) {
+        if (cohort_says_nothing(value)) {
             missing++;
             first = i;
         }
@@ -407,7 +407,7 @@ static bool read_factor(struct design_build *build, struct design_factor *factor
     for (size_t i = 0; i < build->n; i++) {
         const json_t *value = value_of(json_array_get(build->members, i), factor->source->name);
 
-        if (!value || json_is_null(value)) {
+        if (cohort_says_nothing(value)) {
             refuse_missing(build, factor->source->name);
             return false;
         }

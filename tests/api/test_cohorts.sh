@@ -23,6 +23,10 @@ is "$(json '[.memberCount, .members[0].id, .members[1].id] | tojson')" "[2,\"$SU
 is "$(json '.members[0].covariates | tojson')" '{"age":41.5,"sex":"f"}' 'with their covariates'
 is "$(json '.members[1] | [.label, .subject, .covariates] | tojson')" '[null,"s2",{}]' \
     'and what was left out is null or empty'
+post_json /v1/cohorts "{\"name\":\"empty\",\"members\":[{\"id\":\"$MESH\",\"label\":\"\",\"subject\":\" \",\"covariates\":{\"site\":\"\",\"age\":\" \\t\"}}]}"
+is "$STATUS $(json '.members[0] | [.label, .subject, .covariates] | tojson')" '201 [null,null,{"age":null,"site":null}]' \
+    'an empty text says nothing, as an empty cell of a table'
+request DELETE /v1/cohorts/empty
 post_json /v1/cohorts "{\"members\":$(jq -c 'map(.label = (.label // null))' <<<"$MEMBERS"),\"name\":\"study.1\"}"
 is "$STATUS" 200 'the same content in another spelling is the same cohort'
 post_json /v1/cohorts "{\"name\":\"study.1\",\"members\":[{\"id\":\"$MESH\"}]}"

@@ -27,6 +27,7 @@ for i in range(18):
                   'one': 1, 'double': 2 * age, 'rare': 'x' if i == 3 else 'yz'[i % 2]}
     if i > 2:
         covariates['late'] = i * i % 7
+    covariates['city'] = '' if i in (4, 7) else 'PQ'[i % 2]
     members.append({'id': surface['id'], 'label': 'ab'[i % 2], 'covariates': covariates})
 print(json.dumps(members))
 PYTHON
@@ -256,6 +257,7 @@ refused() {
 }
 refused 'shape ~ weight' '422 /inputs/formula no member of the cohort has a covariate "weight"; the cohort has "age"'
 refused 'shape ~ age + late' '3 of 18 members have no "late", member 0'
+refused 'shape ~ age + city' '2 of 18 members have no "city", member 4'
 refused 'shape ~ one' '"one" is the same for all members'
 refused 'shape ~ C(one)' '"one" has 1 level; 2 to 50 are needed'
 refused 'shape ~ age + double' 'the column double follows from'
