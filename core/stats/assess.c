@@ -232,9 +232,10 @@ static double brier_of(const struct given *g, const double *p, size_t label)
 }
 
 /* The interval of the sum over members of weight times score, from what subjects add about the mean
-   of their class. scores: [n]; memory: [subjects + classes] of scratch. */
-static void bound_score(const struct given *g, const size_t *sizes, const double *scores,
-                        double value, double *memory, double interval[2])
+   of their class. weights: [classes], a member has its class's over `sizes`; scores: [n]; memory:
+   [subjects + classes] of scratch. */
+static void bound_score(const struct given *g, const double *weights, const size_t *sizes,
+                        const double *scores, double value, double *memory, double interval[2])
 {
     const struct srnf_dispersion *d = g->dispersions ? &g->dispersions->accuracy : &independent;
     size_t count = g->subjects->count;
@@ -249,7 +250,7 @@ static void bound_score(const struct given *g, const size_t *sizes, const double
         size_t label = g->labels[i];
 
         memory[g->subjects->of[i]] +=
-            g->priors[label] / (double)sizes[label] * (scores[i] - means[label]);
+            weights[label] / (double)sizes[label] * (scores[i] - means[label]);
     }
     for (size_t s = 0; s < count; s++) {
         sum += memory[s] * memory[s];
@@ -261,31 +262,31 @@ static void bound_score(const struct given *g, const size_t *sizes, const double
     interval[1] = isfinite(value) ? value * exp(sum) : NAN;
 }
 
-/* Brier score and log loss, and those of the priors. sizes: [classes] members; memory: [n +
-   subjects + classes] of scratch. */
-static void measure_scores(const struct given *g, const size_t *sizes, double *memory,
-                           struct srnf_assessment *a)
+/* Brier score and log loss, and those of the priors. weights, sizes: [classes], what all members of
+   a class weigh together, and their number; memory: [n + subjects + classes] of scratch. */
+static void measure_scores(const struct given *g, const double *weights, const size_t *sizes,
+                           double *memory, struct srnf_scores *of)
 {
     double *scores = memory + g->subjects->count + g->classes;
 
     for (size_t i = 0; i < g->n; i++) {
         size_t label = g->labels[i];
-        double weight = g->priors[label] / (double)sizes[label];
+        double weight = weights[label] / (double)sizes[label];
 
         scores[i] = brier_of(g, g->probabilities + i * g->classes, label);
-        a->brier += weight * scores[i];
-        a->brier_reference += weight * brier_of(g, g->priors, label);
-        a->log_loss_reference -= weight * log(g->priors[label]);
+        of->brier += weight * scores[i];
+        of->brier_reference += weight * brier_of(g, g->priors, label);
+        of->log_loss_reference -= weight * log(g->priors[label]);
     }
-    bound_score(g, sizes, scores, a->brier, memory, a->brier_interval);
-    a->brier_interval[1] = fmin(a->brier_interval[1], 1.0);
+    bound_score(g, weights, sizes, scores, of->brier, memory, of->brier_interval);
+    of->brier_interval[1] = fmin(of->brier_interval[1], 1.0);
     for (size_t i = 0; i < g->n; i++) {
         size_t label = g->labels[i];
 
         scores[i] = -log(g->probabilities[i * g->classes + label]);
-        a->log_loss += g->priors[label] / (double)sizes[label] * scores[i];
+        of->log_loss += weights[label] / (double)sizes[label] * scores[i];
     }
-    bound_score(g, sizes, scores, a->log_loss, memory, a->log_loss_interval);
+    bound_score(g, weights, sizes, scores, of->log_loss, memory, of->log_loss_interval);
 }
 
 /* ---- All of them ----------------------------------------------------------------------------- */
@@ -332,6 +333,7 @@ static int measure(const struct given *g, const size_t *predicted, size_t *memor
                    double *lead, struct srnf_assessment *a)
 {
     double squares[2] = {0.0, 0.0};
+    double *shares = lead + 2 * g->n + g->classes;
     size_t *sizes = memory + 2 * g->n;
     int status;
 
@@ -358,7 +360,11 @@ static int measure(const struct given *g, const size_t *predicted, size_t *memor
     }
     bound_balanced(g, squares, &a->balanced);
     if (g->probabilities) {
-        measure_scores(g, sizes, lead, a);
+        for (size_t c = 0; c < g->classes; c++) {
+            shares[c] = (double)sizes[c] / (double)g->n;
+        }
+        measure_scores(g, g->priors, sizes, lead, &a->scores);
+        measure_scores(g, shares, sizes, lead, &a->unweighted);
     }
     return status;
 }
@@ -410,7 +416,7 @@ static int assess(struct given *g, const size_t *subjects, const size_t *predict
         a.reliability = srnf_alloc(classes * SRNF_RELIABILITY_BINS, sizeof *a.reliability);
         memory = srnf_alloc(2 * n + classes, sizeof *memory);
         flags = srnf_alloc(n, sizeof *flags);
-        lead = srnf_alloc(2 * n + classes, sizeof *lead);
+        lead = srnf_alloc(2 * (n + classes), sizeof *lead);
         status = a.predicted && a.confusion && a.sensitivity && a.auc && a.reliability && memory &&
                          flags && lead
                      ? measure(g, predicted, memory, flags, lead, &a)

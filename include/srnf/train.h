@@ -88,6 +88,14 @@ struct srnf_reliability {
     double mean, observed, interval[2]; /* of the probability; share of the class, Wilson's 95 % */
 };
 
+/* Of probabilities: means over members. */
+struct srnf_scores {
+    double brier;    /* half of sum_c (P(c) - [c is the label])^2: of two classes (P - [..])^2 */
+    double log_loss; /* -log P(label); INFINITY is possible */
+    double brier_reference, log_loss_reference;     /* of always saying the priors */
+    double brier_interval[2], log_loss_interval[2]; /* 95 %; NAN where log_loss is infinite */
+};
+
 struct srnf_assessment {
     size_t n, classes, subjects, correct;
     size_t *predicted; /* [n] */
@@ -99,18 +107,16 @@ struct srnf_assessment {
     struct srnf_rate *auc;         /* [classes] of each against the rest */
     double chance;   /* sum of squared shares of the classes: labels drawn in these proportions */
     double majority; /* share of the largest class */
-    double brier;    /* half the mean of sum_c (P(c) - [c is the label])^2 */
-    double log_loss; /* mean of -log P(label); INFINITY is possible */
-    double brier_reference, log_loss_reference;     /* of always saying the priors */
-    double brier_interval[2], log_loss_interval[2]; /* 95 %; NAN where log_loss is infinite */
-    struct srnf_reliability *reliability;           /* [classes][SRNF_RELIABILITY_BINS] */
+    struct srnf_scores scores;            /* members weighed by prior over share of their class */
+    struct srnf_scores unweighted;        /* each member alike */
+    struct srnf_reliability *reliability; /* [classes][SRNF_RELIABILITY_BINS] */
 };
 void srnf_assessment_clear(struct srnf_assessment *assessment);
 
 /*
- * Compares predictions with labels. Where the priors are not the shares of the labels, the Brier
- * score, the log loss and their references weigh each member by prior over share of its class: they
- * are what would be seen where the priors hold.
+ * Compares predictions with labels. Where the priors are not the shares of the labels, `scores`
+ * weigh each member by prior over share of its class: they are what would be seen where the priors
+ * hold. `unweighted` are what is seen of these members.
  *
  * The balanced accuracy has the interval that follows from those of the sensitivities, as classes
  * have different subjects (G. Zou, A. Donner, "Construction of confidence limits about effect

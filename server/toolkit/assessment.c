@@ -67,22 +67,32 @@ static json_t *confusion_json(const struct srnf_assessment *a)
     return confusion;
 }
 
+static json_t *scores_json(const struct srnf_scores *of)
+{
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "brier", json_finite(of->brier),
+                     "brierInterval", json_vector(of->brier_interval, 2), "brierReference",
+                     json_finite(of->brier_reference), "logLoss", json_finite(of->log_loss),
+                     "logLossInterval",
+                     isfinite(of->log_loss) ? json_vector(of->log_loss_interval, 2) : json_null(),
+                     "logLossReference", json_finite(of->log_loss_reference));
+}
+
 json_t *assessment_json(const struct srnf_assessment *a, const char *const *classes)
 {
-    json_t *calibration = json_object();
-    json_t *document = json_pack(
-        "{s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}",
-        "members", (json_int_t)a->n, "subjects", (json_int_t)a->subjects, "correct",
-        (json_int_t)a->correct, "accuracy", assessment_rate(&a->accuracy), "effectiveCount",
-        json_finite(a->effective), "balancedAccuracy", assessment_rate(&a->balanced), "sensitivity",
-        assessment_rates(a->sensitivity, a->classes, classes), "auc",
-        assessment_rates(a->auc, a->classes, classes), "chance", json_finite(a->chance),
-        "majorityRate", json_finite(a->majority), "brier", json_finite(a->brier), "brierInterval",
-        json_vector(a->brier_interval, 2), "brierReference", json_finite(a->brier_reference),
-        "logLoss", json_finite(a->log_loss), "logLossInterval",
-        isfinite(a->log_loss) ? json_vector(a->log_loss_interval, 2) : json_null(),
-        "logLossReference", json_finite(a->log_loss_reference), "confusion", confusion_json(a));
+    json_t *calibration = json_object(), *scores = scores_json(&a->scores);
+    json_t *document =
+        json_pack("{s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "members", (json_int_t)a->n,
+                  "subjects", (json_int_t)a->subjects, "correct", (json_int_t)a->correct,
+                  "accuracy", assessment_rate(&a->accuracy), "effectiveCount",
+                  json_finite(a->effective), "balancedAccuracy", assessment_rate(&a->balanced),
+                  "sensitivity", assessment_rates(a->sensitivity, a->classes, classes), "auc",
+                  assessment_rates(a->auc, a->classes, classes), "chance", json_finite(a->chance),
+                  "majorityRate", json_finite(a->majority));
 
+    (void)json_object_update(document, scores);
+    (void)json_object_set_new(document, "unweighted", scores_json(&a->unweighted));
+    (void)json_object_set_new(document, "confusion", confusion_json(a));
+    json_decref(scores);
     for (size_t c = 0; c < a->classes; c++) {
         (void)json_object_set_new(calibration, classes[c],
                                   bins_json(a->reliability + c * SRNF_RELIABILITY_BINS));

@@ -7,19 +7,23 @@
 #include "toolkit/process.h"
 
 /* What assessment_json has, for the tables of outputs. */
-#define ASSESSMENT_TEXT                                                                           \
-    "members; subjects; correct; accuracy {value, interval}, with effectiveCount (intervals are " \
-    "of 95 %; of shares Wilson's, by the members' number as independent ones, and where members " \
-    "are left out of each other wider, by how far results without any effect vary more than "     \
-    "those of independent members); balancedAccuracy, the "                                       \
-    "mean share of each class that is told, and sensitivity of each class; auc of each class "    \
-    "against the rest (Newcombe 2006, method 5, with numbers of subjects); chance, the sum of "   \
-    "squared shares of the labels, which labels drawn in these proportions get right, and "       \
-    "majorityRate, which always naming the largest class does; brier and logLoss with those of "  \
-    "always saying the priors (brierReference, logLossReference) and their brierInterval and "    \
-    "logLossInterval, a logLoss and its interval null where the label "                           \
-    "of a member had the probability 0; confusion (rows: labels, columns: predictions, in the "   \
-    "order of classes); calibration, for each class ten bins [{from, to, members, "               \
+#define ASSESSMENT_TEXT                                                                            \
+    "members; subjects; correct; accuracy {value, interval}, with effectiveCount (intervals are "  \
+    "of 95 %; of shares Wilson's, by the members' number as independent ones, and where members "  \
+    "are left out of each other wider, by how far results without any effect vary more than "      \
+    "those of independent members); balancedAccuracy, the "                                        \
+    "mean share of each class that is told, and sensitivity of each class; auc of each class "     \
+    "against the rest, of evidence (logLikelihoods, or how much nearer it is), not of calibrated " \
+    "probabilities (Newcombe 2006, method 5, with numbers of subjects); chance, the sum of "       \
+    "squared shares of the labels, which labels drawn in these proportions get right, and "        \
+    "majorityRate, which always naming the largest class does; brier, half the sum over classes "  \
+    "of (probability - [it is the label])^2, and logLoss, with those of "                          \
+    "always saying the priors (brierReference, logLossReference) and their brierInterval and "     \
+    "logLossInterval, a logLoss and its interval null where the label "                            \
+    "of a member had the probability 0: members of a class weigh its prior together, as where "    \
+    "the priors hold, and in unweighted, which has the same six, each member weighs alike; "       \
+    "confusion (rows: labels, columns: predictions, in the "                                       \
+    "order of classes); calibration, for each class ten bins [{from, to, members, "                \
     "meanProbability, observed, interval}] of its probability, numbers null where a bin is empty"
 
 /* classes: [assessment->classes] names. New reference. */

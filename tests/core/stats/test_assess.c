@@ -81,9 +81,9 @@ static void check(const struct expected *e)
     assert_int_equal(
         srnf_assess(N, e->classes, labels, given, evidence, probabilities, priors, NULL, &a),
         SRNF_OK);
-    assert_true(fabs(a.brier - e->brier) < 1e-7);
-    assert_true(fabs(a.log_loss - e->log_loss) < 1e-7);
-    assert_true(fabs(a.log_loss_reference - log((double)e->classes)) < 1e-12);
+    assert_true(fabs(a.scores.brier - e->brier) < 1e-7);
+    assert_true(fabs(a.scores.log_loss - e->log_loss) < 1e-7);
+    assert_true(fabs(a.scores.log_loss_reference - log((double)e->classes)) < 1e-12);
     assert_int_equal(a.subjects, e->pairs ? N / 2 : N);
     for (size_t c = 0; c < e->classes; c++) {
         size_t members = 0;
@@ -189,8 +189,11 @@ static void weighs_classes(void **state)
     assert_true(fabs(a.balanced.value - 0.5) < 1e-15);
     assert_true(a.balanced.interval[0] > 0.3 && a.balanced.interval[1] < 0.7);
     assert_true(a.auc[0].value == 0.5);
-    assert_true(fabs(a.brier - 0.5 * (0.04 + 0.64)) < 1e-14);
-    assert_true(fabs(a.brier_reference - 0.25) < 1e-14);
+    assert_true(fabs(a.scores.brier - 0.5 * (0.04 + 0.64)) < 1e-14);
+    assert_true(fabs(a.scores.brier_reference - 0.25) < 1e-14);
+    assert_true(fabs(a.unweighted.brier - (0.75 * 0.04 + 0.25 * 0.64)) < 1e-14);
+    assert_true(fabs(a.unweighted.log_loss + 0.75 * log(0.8) + 0.25 * log(0.2)) < 1e-14);
+    assert_true(fabs(a.unweighted.brier_reference - 0.25) < 1e-14);
     srnf_assessment_clear(&a);
 }
 
@@ -218,7 +221,7 @@ static void dispersions_widen(void **state)
     }
     assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, NULL, &a), SRNF_OK);
     assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, &d, &b), SRNF_OK);
-    assert_true(b.accuracy.value == a.accuracy.value && b.brier == a.brier);
+    assert_true(b.accuracy.value == a.accuracy.value && b.scores.brier == a.scores.brier);
     assert_true(fabs(b.effective - (double)N / 4.0) < 1e-12);
     assert_true(b.accuracy.interval[0] < a.accuracy.interval[0]);
     assert_true(b.accuracy.interval[1] > a.accuracy.interval[1]);
@@ -226,10 +229,14 @@ static void dispersions_widen(void **state)
     assert_true(b.auc[0].interval[1] > a.auc[0].interval[1]);
     assert_true(b.balanced.interval[0] == a.balanced.interval[0]);
     assert_true(b.balanced.interval[1] > a.balanced.interval[1]);
-    assert_true(a.brier_interval[0] < a.brier && a.brier < a.brier_interval[1]);
-    assert_true(a.log_loss_interval[0] < a.log_loss && a.log_loss < a.log_loss_interval[1]);
-    log_brier[0] = log(a.brier_interval[1] / a.brier);
-    log_brier[1] = log(b.brier_interval[1] / b.brier);
+    assert_true(a.scores.brier_interval[0] < a.scores.brier &&
+                a.scores.brier < a.scores.brier_interval[1]);
+    assert_true(a.scores.log_loss_interval[0] < a.scores.log_loss &&
+                a.scores.log_loss < a.scores.log_loss_interval[1]);
+    assert_true(a.unweighted.brier_interval[0] < a.unweighted.brier);
+    assert_true(a.unweighted.brier_interval[1] > a.unweighted.brier);
+    log_brier[0] = log(a.scores.brier_interval[1] / a.scores.brier);
+    log_brier[1] = log(b.scores.brier_interval[1] / b.scores.brier);
     assert_true(fabs(log_brier[1] / log_brier[0] - 2.0) < 1e-9);
     srnf_assessment_clear(&a);
     srnf_assessment_clear(&b);

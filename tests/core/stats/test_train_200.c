@@ -43,8 +43,8 @@ static void train(const struct nulls *parts, size_t n_parts, bool gauss, const s
     claims->below[0] += a->accuracy.interval[1] < 0.5;
     claims->below[1] += a->balanced.interval[1] < 0.5;
     claims->below[2] += a->auc[1].interval[1] < 0.5;
-    claims->brier += a->brier / (double)COHORTS;
-    claims->reference += a->brier_reference / (double)COHORTS;
+    claims->brier += a->scores.brier / (double)COHORTS;
+    claims->reference += a->scores.brier_reference / (double)COHORTS;
     srnf_trained_clear(&trained);
 }
 
