@@ -186,12 +186,33 @@ async function main() {
         const missing = await unsaid(page);
         return missing.length === 0 || `${missing.length}: ${missing[0]}`;
     });
+    await step('what classifiers are worth is told with its intervals', async () => {
+        const short = (v) => `${+v.toPrecision(2)}`;
+        for (const id of ['classify', 'classify-parts', 'train']) {
+            const found = await call('GET', `/v1/jobs/${jobs[id]}/results`);
+            const { balancedAccuracy, auc } = found.validation ?? found.methods['srnf-nn'];
+            await visit(page, `#/jobs/${jobs[id]}`);
+            await page.waitForSelector('svg[aria-label*="balanced accuracy: "]', { timeout: PATIENCE_MS });
+            const said = (await page.$$eval('svg[aria-label*="balanced accuracy: "]', (all) => all.map((svg) => svg.getAttribute('aria-label')))).join('; ');
+            for (const rate of [balancedAccuracy, ...Object.values(auc)])
+                if (!said.includes(`${short(rate.value)}, ${rate.interval.map(short).join(' to ')}`)) return `${id} lacks ${JSON.stringify(rate)}: ${said}`;
+            if (id !== 'train') continue;
+            const four = (v) => `${+v.toPrecision(4)}`;
+            const { brier, brierInterval, logLoss, logLossInterval } = found.validation;
+            const rows = await page.$$eval('tr', (all) => all.map((row) => [...row.cells].map((cell) => cell.textContent).join('|')));
+            for (const [name, value, interval] of [['Brier score', brier, brierInterval], ['log loss', logLoss, logLossInterval]])
+                if (!rows.some((row) => row.startsWith([name, four(value), ...interval.map(four)].join('|')))) return `no ${name} with its interval`;
+        }
+        return true;
+    });
     await step('slopes are those of the API, with every subject by its name', async () => {
         await visit(page, `#/jobs/${jobs.trajectories}`);
         await waitText(page, 'In the mean the surface moves by');
         const said = await text(page);
         const { rate } = results.trajectories.slope;
         if (!said.includes(`${six(rate.value)} mm per unit of time (95 %: ${six(rate.interval[0])} to ${six(rate.interval[1])})`)) return 'not the rate of the API';
+        const { between, betweenInterval } = results.trajectories;
+        if (!said.includes(`with a variance of ${six(between)} (95 %: ${betweenInterval.map(six).join(' to ')})`)) return 'not the variance of slopes of the API';
         const missing = all(said);
         return missing.length === 0 || `${missing.length}: ${missing[0]}`;
     });

@@ -186,6 +186,7 @@ async function main() {
         await page.waitForFunction(() => document.querySelectorAll('figure.shape canvas').length >= 4);
         await visit(page, `#/jobs/${id('train')}`);
         await waitText(page, 'Probability of left: said and so', 30000);
+        await waitText(page, 'Brier score\\s+[0-9.]+\\s+[0-9.]+\\s+[0-9.]+');
         await visit(page, `#/jobs/${id('predict')}`);
         await waitText(page, 'before it was seen|its label and its probabilities say nothing', 30000);
         await visit(page, `#/jobs/${id('score')}`);

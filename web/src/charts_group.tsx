@@ -1,5 +1,5 @@
 // Charts of a group: how far each member is from the mean, landmarks of all members, and what each structure says alone.
-import { Chart, Intervals, Scatter } from './charts';
+import { Chart, DataTable, Intervals, Scatter } from './charts';
 import { t } from './i18n';
 import { figure } from './text';
 
@@ -56,6 +56,28 @@ export function GroupLandmarks({ points }: { points: GroupPoint[] }) {
 
 /** What is left at landmarks, in words. */
 export const leftAt = (of: any): string => (isMet(of.maxAngle) ? t`all of them met exactly` : t`${figure(of.rmsDistance)} in the mean (root of squares), ${figure(of.maxDistance)} at most`);
+
+// ---- What a classifier is worth --------------------------------------------------------------------------------------
+
+/** Shares that a classifier gets right, of all, of each class and of pairs, with their intervals. */
+export function Rates({ of, chance, title, name }: { of: any; chance: number; title: string; name: string }) {
+    const byClass = (rates: any, text: (c: string) => string): [string, any][] => Object.entries<any>(rates ?? {}).map(([c, rate]) => [text(c), rate]);
+    const accuracy = typeof of.accuracy === 'number' ? { value: of.accuracy, interval: of.confidenceInterval } : of.accuracy;
+    const rates: [string, any][] = [[t`accuracy`, accuracy], [t`balanced accuracy`, of.balancedAccuracy], ...byClass(of.sensitivity, (c) => t`${c} that are told`), ...byClass(of.auc, (c) => t`AUC of ${c}`)];
+    const rows = rates.filter(([, rate]) => typeof rate?.value === 'number' && typeof rate.interval?.[0] === 'number')
+        .map(([what, rate]) => ({ name: what, value: rate.value, low: rate.interval[0], high: rate.interval[1] }));
+    return rows.length > 0 ? <Intervals title={title} name={name} heading="rate" chance={chance} rows={rows} /> : null;
+}
+
+/** How far probabilities are from what was so, with intervals, beside those of always saying the priors. */
+export function ProbabilityScores({ of }: { of: any }) {
+    const rows = [[t`Brier score`, of.brier, of.brierInterval, of.brierReference], [t`log loss`, of.logLoss, of.logLossInterval, of.logLossReference]]
+        .filter(([, value]) => typeof value === 'number');
+    return rows.length > 0 ? (
+        <DataTable rows={[[t`score of the probabilities (0: always right)`, t`value`, t`95 % from`, t`to`, t`of the priors alone`],
+            ...rows.map(([what, value, interval, reference]) => [what, value, interval?.[0] ?? null, interval?.[1] ?? null, reference])]} />
+    ) : null;
+}
 
 // ---- What each structure says alone --------------------------------------------------------------------------------
 

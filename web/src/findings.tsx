@@ -3,7 +3,7 @@ import { Confusion, Curve, HeatMap, Intervals, Reliability, Scatter, Variance, s
 import type * as api from './documents';
 import { JointCharts, LandmarkChart, NeighbourCharts, Percentiles, checksOf, isJoint, isNeighbours } from './charts_joint';
 import { TrajectoryCharts, isTrajectories } from './charts_time';
-import { GroupLandmarks, MemberDistances, PartIntervals, areOfGroup, hasDistances, hasParts } from './charts_group';
+import { GroupLandmarks, MemberDistances, PartIntervals, ProbabilityScores, Rates, areOfGroup, hasDistances, hasParts } from './charts_group';
 import { Amounts, Subjects } from './charts_within';
 import { useMemo, useState } from 'preact/hooks';
 import { t } from './i18n';
@@ -35,12 +35,10 @@ const QUALITY: [string, string][] = [
 
 /** What a classifier is worth: shares with their intervals, what was taken for what, and whether its probabilities hold. */
 export function Assessment({ of, classes }: { of: any; classes: string[] }) {
-    const rates: [string, any][] = [[t`accuracy`, of.accuracy], [t`balanced accuracy`, of.balancedAccuracy], ...Object.entries<any>(of.auc ?? {}).map(([name, rate]) => [t`AUC of ${name}`, rate] as [string, any])];
-    const rows = rates.filter(([, rate]) => typeof rate?.value === 'number' && typeof rate.interval?.[0] === 'number')
-        .map(([name, rate]) => ({ name, value: rate.value, low: rate.interval[0], high: rate.interval[1] }));
     return (
         <div class="split">
-            {rows.length > 0 && <Intervals chance={Math.max(of.chance ?? 0, of.majorityRate ?? 0)} rows={rows} />}
+            <Rates of={of} chance={Math.max(of.chance ?? 0, of.majorityRate ?? 0)} title={t`Accuracy`} name="accuracy" />
+            <ProbabilityScores of={of} />
             {of.confusion && <Confusion classes={classes} counts={of.confusion} title={t`${of.correct} of ${of.members} right`} />}
             {Object.entries<any>(of.calibration ?? {}).map(([name, bins]) => <Reliability key={name} title={t`Probability of ${name}: said and so`} name={`calibration-${name}`} bins={bins} />)}
         </div>
@@ -80,6 +78,7 @@ export function Findings({ result }: { result: any }) {
             {result.methods && (
                 <div class="split">
                     <Intervals chance={Math.max(result.chance, result.majorityRate)} rows={Object.entries<any>(result.methods).map(([name, m]) => ({ name, value: m.accuracy, low: m.confidenceInterval[0], high: m.confidenceInterval[1], p: m.pValue }))} />
+                    {Object.entries<any>(result.methods).map(([name, m]) => <Rates key={name} of={m} chance={Math.max(result.chance, result.majorityRate)} title={name} name={`rates-${name}`} />)}
                     {Object.entries<any>(result.methods).map(([name, m]) => <Confusion key={name} classes={result.classes} counts={m.confusion} title={t`${name}: ${m.correct} of ${m.perSubject.length} right`} />)}
                 </div>
             )}

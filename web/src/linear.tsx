@@ -10,9 +10,9 @@ import { t, whole } from './i18n';
 import { aPlace, useKept } from './kept';
 import { Shape, surfacePath } from './shape';
 import { mayChange, refreshJobs } from './state';
-import { ProblemBox, figure, plural } from './ui';
+import { ProblemBox, errorOf, figure, plural } from './ui';
 
-const pOf = (test: any): string => `${test.pValueIsFloor ? '≤ ' : ''}${figure(test.pValue)}`;
+const pOf = (test: any): string => `${test.pValueIsFloor ? '≤ ' : ''}${figure(test.pValue)}${errorOf(test.pValueInterval)}`;
 const shareOf = (test: any): string => `${figure(test.r2)} (${test.r2Interval?.map((v: number) => figure(v)).join(' to ') ?? '–'})`;
 
 export function Terms({ result }: { result: any }) {
@@ -20,9 +20,9 @@ export function Terms({ result }: { result: any }) {
     if (!rows.length) return null;
     return (
         <>
-            <DataTable rows={[[t`term`, 'p', t`share of the variance (95 %)`, t`least p on the map`, 'F', t`degrees of freedom`],
-                ...rows.map(([name, t]) => [name, pOf(t), shareOf(t), figure(t.leastSignificance), figure(t.f), `${t.degreesOfFreedom}, ${t.residualDegreesOfFreedom}`])]} />
-            {result.pairwise?.length > 0 && <><h3>{t`Pairs of levels`}</h3><DataTable rows={[[t`term`, t`levels`, 'p', t`corrected p`], ...result.pairwise.map((p: any) => [p.term, p.levels?.join(' and '), pOf(p), figure(p.correctedP)])]} /></>}
+            <DataTable rows={[[t`term`, t`p (of all permutations, 95 %)`, t`share of the variance (95 %)`, t`least p on the map`, 'F', t`degrees of freedom`],
+                ...rows.map(([name, t]) => [name, pOf(t), shareOf(t), `${figure(t.leastSignificance)}${errorOf(t.leastSignificanceInterval)}`, figure(t.f), `${t.degreesOfFreedom}, ${t.residualDegreesOfFreedom}`])]} />
+            {result.pairwise?.length > 0 && <><h3>{t`Pairs of levels`}</h3><DataTable rows={[[t`term`, t`levels`, t`p (of all permutations, 95 %)`, t`corrected p`], ...result.pairwise.map((p: any) => [p.term, p.levels?.join(' and '), pOf(p), figure(p.correctedP)])]} /></>}
         </>
     );
 }

@@ -4,6 +4,7 @@ import type { ComponentChildren } from 'preact';
 import { AnyResult } from './any_result';
 import * as api from './api';
 import { Confusion, Curve, DataTable, HeatMap, Intervals, Scatter, scaling } from './charts';
+import { Rates } from './charts_group';
 import { GROUPS } from './colours';
 import { Components } from './components';
 import { Findings } from './findings';
@@ -25,7 +26,7 @@ import { Shape, surfacePath } from './shape';
 import { mayChange } from './state';
 import { Comparisons, Together, doubtful } from './together';
 import { Trajectories } from './trajectories';
-import { Page, ProblemBox, Shown, figure, plural, save, size, useLoad } from './ui';
+import { Page, ProblemBox, Shown, errorOf, figure, plural, save, size, useLoad } from './ui';
 import { Within } from './within';
 
 function Warnings({ list }: { list?: { code: string; detail: string }[] }) {
@@ -82,13 +83,14 @@ function Classification({ result, job }: { result: api.Outputs<'classify'>; job:
     const percent = (v: number) => `${figure(100 * v)} %`;
     return (
         <>
-            <p class="big">{t`${m.correct} of ${m.perSubject.length} right`} <span class="quiet">{method}: {percent(m.accuracy)} (95 %: {m.confidenceInterval.map((v: number) => figure(100 * v)).join(' to ')} %){typeof m.pValue === 'number' ? t`, ${m.pValueIsFloor ? 'p ≤ ' : 'p = '}${figure(m.pValue)} by ${result.exact ? t`all relabellings` : t`${whole(result.permutations ?? 0)} permutations`}` : ''}</span></p>
+            <p class="big">{t`${m.correct} of ${m.perSubject.length} right`} <span class="quiet">{method}: {percent(m.accuracy)} (95 %: {m.confidenceInterval.map((v: number) => figure(100 * v)).join(' to ')} %){typeof m.pValue === 'number' ? t`, ${m.pValueIsFloor ? 'p ≤ ' : 'p = '}${figure(m.pValue)}${errorOf(m.pValueInterval)} by ${result.exact ? t`all relabellings` : t`${whole(result.permutations ?? 0)} permutations`}` : ''}</span></p>
             <p class="quiet">{t`Always the most frequent label: ${percent(result.majorityRate)}. ${result.features?.length ? t`Beside shape count: ${result.features.join(', ')}.` : t`Nothing counts but the shapes.`}${typeof m.pValue === 'number' ? '' : t` No p was asked for: run it again with permutations to have one.`}`}</p>
             <div class="split">
                 <Intervals chance={Math.max(result.chance, result.majorityRate)} rows={names.map((name) => {
                     const r = result.methods[name];
                     return { name, value: r.accuracy, low: r.confidenceInterval[0], high: r.confidenceInterval[1], p: r.pValue };
                 })} />
+                <Rates of={m} chance={Math.max(result.chance, result.majorityRate)} title={method} name={`rates-${method}`} />
                 <div>
                     <label class="no-report">{t`Method`} <select value={method} onChange={(e) => setMethod(e.currentTarget.value)}>{names.map((n) => <option>{n}</option>)}</select></label>
                     <Confusion classes={result.classes} counts={m.confusion} title={t`${method}: ${m.correct} of ${m.perSubject.length} right`} />
@@ -211,6 +213,8 @@ function Scored({ result }: { result: api.Outputs<'score'> }) {
         <>
             <p class="big">{t`Percentile ${figure(result.percentile)}`} <span class="quiet">{t`(${result.percentileInterval?.map((v: number) => figure(v)).join(' to ')}, beside ${plural(result.subjects, 'subject')}; ${plural(result.asOdd, 'of them is', 'of them are')} as odd)`}</span></p>
             <p>{t`p = ${figure(result.pValue)}. Mahalanobis distance ${figure(result.mahalanobis)} in ${plural(result.components, 'component')}, ${figure(result.residual)} from their space.${result.at ? t` Expected for ${textOfPoint(result.at)}.` : ''}${result.trainingSubject ? t` It is a member of the model, and was left out.` : ''}`}</p>
+            <DataTable rows={[[t`what`, t`value`, t`percentile`, t`95 % from`, t`to`, 'p'],
+                ...Object.entries<any>(result.ranks ?? {}).map(([name, rank]) => [api.words(name), rank.value, rank.percentile, rank.interval?.[0] ?? null, rank.interval?.[1] ?? null, rank.pValue])]} />
             {result.parts ? <ScoredParts parts={result.parts} position={result.position} />
                 : zMap ? <Shape src={surfacePath(zMap.id, 32)} label={t`The surface with its z map`} name="z-map" first="zScore" /> : <p class="quiet">{t`No map was asked for.`}</p>}
             {calibration && <p class="quiet">{t`Percentiles of ${plural(calibration.subjects, 'subject')} that were left out differ from uniform ones by ${figure(calibration.overall?.distance)} (p = ${figure(calibration.overall?.pValue)}).`}</p>}

@@ -6,11 +6,11 @@ import { aNumber, oneOf, useKept } from './kept';
 import { ColourBar, mapOf, paintedBy } from './maps';
 import { link } from './router';
 import { PictureButtons, View, linked, surfacePath, useShape } from './shape';
-import { ProblemBox, figure } from './ui';
+import { ProblemBox, errorOf, figure } from './ui';
 
 export interface Test {
     pValue: number | null; pValueIsFloor?: boolean; pValueInterval?: (number | null)[];
-    leastSignificance?: number | null; leastFdr?: number | null;
+    leastSignificance?: number | null; leastSignificanceInterval?: (number | null)[]; leastFdr?: number | null;
 }
 
 /** The p of the test as a headline, and what it was compared with. */
@@ -57,7 +57,7 @@ export function TestedMaps({ surface, test, beside }: { surface: string; test: T
                     {beside.map((b) => <option value={b.name}>{b.text}</option>)}
                 </select></label>}
             </div>
-            <p class={any ? '' : 'big'} role="status">{p ? (any ? t`Points with p of at most ${figure(threshold)} are in colour.` : t`No point is significant: the least p is ${figure(least ?? p.low)}.`) : ''}</p>
+            <p class={any ? '' : 'big'} role="status">{p ? (any ? t`Points with p of at most ${figure(threshold)} are in colour.` : t`No point is significant: the least p is ${figure(least ?? p.low)}${corrected === 'fdr' ? '' : errorOf(test.leastSignificanceInterval)}.`) : ''}</p>
             <div class="split">
                 {shape && p && [p, other].map((field) => field && (() => {
                     const map = { ...mapOf(field), keep, ...(field === p ? { high: any ? threshold || 1 : 1, title: corrected === 'fdr' ? t`false discovery rate` : t`p, corrected for all points` } : { title: `${about.text}${about.unit ? ` (${about.unit})` : ''}` }) };

@@ -9,6 +9,12 @@ export function figure(x: number | null | undefined, digits = 3): string {
     return decimal(`${+x.toPrecision(digits)}`);
 }
 
+/** Where the p of all permutations lies, at 95 %, in brackets; nothing where all were taken. */
+export function errorOf(interval?: (number | null)[]): string {
+    const [low, high] = interval ?? [];
+    return typeof low === 'number' && typeof high === 'number' && low !== high ? t` (${figure(low)} to ${figure(high)})` : '';
+}
+
 export function size(n: number): string {
     return n < 1000 ? `${n} B` : n < 1e6 ? t`${Math.round(n / 1000)} kB` : n < 1e9 ? t`${decimal((n / 1e6).toFixed(1))} MB` : t`${decimal((n / 1e9).toFixed(1))} GB`;
 }

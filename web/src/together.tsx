@@ -1,15 +1,15 @@
 // Subjects classified by all their structures together, and by each alone.
 import * as api from './api';
 import { Confusion, DataTable, Intervals } from './charts';
-import { PartIntervals } from './charts_group';
+import { PartIntervals, Rates } from './charts_group';
 import { GROUPS } from './colours';
 import { t } from './i18n';
 import { aPlace, maybe, oneOf, useKept } from './kept';
 import { Linked } from './paths';
-import { figure, plural } from './ui';
+import { errorOf, figure, plural } from './ui';
 
 const percent = (v: number): string => `${figure(100 * v)} %`;
-const p = (m: any): string => (m.pValue === null || m.pValue === undefined ? '' : `, ${m.pValueIsFloor ? 'p ≤ ' : 'p = '}${figure(m.pValue)}`);
+const p = (m: any): string => (m.pValue === null || m.pValue === undefined ? '' : `, ${m.pValueIsFloor ? 'p ≤ ' : 'p = '}${figure(m.pValue)}${errorOf(m.pValueInterval)}`);
 
 /** By which a subject is unlike all that the method learnt from. */
 export const doubtful = (typicality: any): string => Object.entries<any>(typicality ?? {}).filter(([, t]) => t && t.value > t.limit).map(([name]) => api.words(name).toLowerCase()).join(', ');
@@ -46,6 +46,7 @@ export function Together({ result }: { result: api.Outputs<'classify-parts'> }) 
             {names.length > 1 && <div class="row tools no-report"><label>{t`Method`} <select value={method} onChange={(e) => setMethod(e.currentTarget.value)}>{names.map((n) => <option>{n}</option>)}</select></label></div>}
             <div class="split">
                 <PartIntervals result={result} method={method} />
+                <Rates of={m} chance={Math.max(result.chance, result.majorityRate)} title={method} name={`rates-${method}`} />
                 <Confusion classes={result.classes} counts={m.confusion} title={t`${method}: ${m.correct} of ${m.perSubject.length} right`} />
                 {names.length > 1 && <Intervals title={t`All structures together`} chance={Math.max(result.chance, result.majorityRate)} rows={names.map((name) => {
                     const r = result.methods[name];

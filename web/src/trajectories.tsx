@@ -12,6 +12,7 @@ import { figure, plural } from './ui';
 
 const RATE = t`mm per unit of time`;
 const interval = (e: any): string => e.interval.map((v: number) => figure(v)).join(' to ');
+const spread = (value: number | null, ends?: (number | null)[] | null): string => `${figure(value)}${ends ? ` (95 %: ${ends.map((v) => figure(v)).join(' to ')})` : ''}`;
 const rate = (e: any): string => `${figure(e.value)} ${RATE} (95 %: ${interval(e)})`;
 
 const BESIDE = [
@@ -38,6 +39,7 @@ export function Trajectories({ result }: { result: api.Outputs<'trajectories'> }
         <>
             <Headline test={slope} against={t`${flips} of whole subjects, ${plural(result.subjects, 'subject')}, ${plural(result.members, 'visit')}`} />
             <p>{t`In the mean the surface moves by`} <strong>{rate(slope.rate)}</strong>{t`; slopes of subjects vary about that by ${rate(slope.variation)}, with what each is measured wrongly by. The mean is ${figure(100 * slope.share.value)} % (95 %: ${slope.share.interval.map((v: number) => figure(100 * v)).join(' to ')} %) of all slopes, by squares.`}</p>
+            <p>{result.within === null ? '' : t`Visits lie about their lines with a variance of ${spread(result.within, result.withinInterval)} of SRNFs. `}{t`Slopes differ between subjects with a variance of ${spread(result.between, result.betweenInterval)} of SRNFs.`}</p>
             <p class="quiet">{t`Lengths are root mean squares over the surface, in the unit of the meshes, which is taken to be the millimetre. ${result.weighted ? t`Slopes weigh by how well each is known.` : t`All slopes weigh the same.`}`}</p>
             <Predicted process="trajectories" result={result} always={['time']} />
             <h2>{t`Subjects`}</h2>
@@ -45,7 +47,7 @@ export function Trajectories({ result }: { result: api.Outputs<'trajectories'> }
             {one ? (
                 <>
                     <h3>{one.subject}</h3>
-                    <p>{t`${figure(one.speed)} times as fast as the others let expect, faster than ${figure(one.speedPercentile)} % of them; how unlike theirs its slope is exceeds ${figure(one.percentile)} %.`}</p>
+                    <p>{t`${figure(one.speed)} times as fast as the others let expect, faster than ${spread(one.speedPercentile, one.speedPercentileInterval)} % of them; how unlike theirs its slope is exceeds ${spread(one.percentile, one.percentileInterval)} %.`}</p>
                     <Visits result={result} subject={one.subject} />
                 </>
             ) : <p class="quiet no-report">{t`Choose a subject to see the shapes of its visits.`}</p>}
