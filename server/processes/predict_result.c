@@ -144,7 +144,8 @@ static json_t *prediction_json(const struct group_input *group, const struct kep
 
 /* ---- All of them ----------------------------------------------------------------------------- */
 
-/* The members that have a class and no part of which was trained on, one after the other; numbers: [3][n]. */
+/* The members that have a class and no part of which was trained on, one after the other; numbers:
+   [3][n]. */
 struct known {
     size_t n;
     size_t *at, *labels, *subjects;
