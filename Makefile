@@ -467,6 +467,8 @@ install-service: all
 	install -D -m 755 $(B)/srnfd $(DESTDIR)$(PREFIX)/bin/srnfd
 	$(INSTALL) api/openapi.yaml $(DESTDIR)$(PREFIX)/share/srnfd/openapi.yaml
 	$(INSTALL) docs/man/srnfd.8 $(DESTDIR)$(PREFIX)/share/man/man8/srnfd.8
+	$(INSTALL) -t $(DESTDIR)$(PREFIX)/share/doc/srnfd README.md CHANGELOG.md deploy/OPERATIONS.md docs/*.md
+	$(INSTALL) -t $(DESTDIR)$(PREFIX)/share/doc/srnfd/examples deploy/nginx.conf deploy/srnfd-slurm.json
 
 install-library: library
 	$(INSTALL) include/srnf.h $(DESTDIR)$(PREFIX)/include/srnf.h

@@ -76,9 +76,6 @@ install -D -m 644 deploy/srnfd.service "$stage/lib/systemd/system/srnfd.service"
 install -D -m 644 deploy/srnfd-worker.service "$stage/lib/systemd/system/srnfd-worker.service"
 install -D -m 644 deploy/srnfd.sysusers "$stage/usr/lib/sysusers.d/srnfd.conf"
 install -D -m 644 deploy/srnfd.json "$stage/etc/srnfd/srnfd.json"
-install -D -m 644 -t "$stage/usr/share/doc/srnfd" README.md CHANGELOG.md deploy/OPERATIONS.md docs/*.md
-install -D -m 644 deploy/nginx.conf "$stage/usr/share/doc/srnfd/examples/nginx.conf"
-install -D -m 644 deploy/srnfd-slurm.json "$stage/usr/share/doc/srnfd/examples/srnfd-slurm.json"
 documents srnfd
 mkdir -p "$stage/DEBIAN"
 echo /etc/srnfd/srnfd.json >"$stage/DEBIAN/conffiles"

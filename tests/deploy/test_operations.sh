@@ -4,6 +4,14 @@
 . "$(dirname "$0")/../support/lib.sh"
 
 MANUAL=deploy/OPERATIONS.md
+mkdir "$SCRATCH/installed"
+make --no-print-directory -n install-service DESTDIR="$SCRATCH/installed" PREFIX=/usr |
+    grep '^install .*share/doc' >"$SCRATCH/install.sh"
+check 'the documents are installed' bash -e "$SCRATCH/install.sh"
+for document in README.md CHANGELOG.md OPERATIONS.md reference.md tutorial.md examples/srnfd-slurm.json examples/nginx.conf; do
+    check "$document is among them" test -s "$SCRATCH/installed/usr/share/doc/srnfd/$document"
+done
+
 TABLES=$(sed -n '/^## What each alarm means/,/^## [^W]/p' $MANUAL)
 grep -oE '`[^`]+`' <<<"$TABLES" | tr -d '\`' | sort -u >"$SCRATCH/named" # the words in backquotes
 missing() { # reads names; prints those that the table lacks
