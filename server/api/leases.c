@@ -443,13 +443,12 @@ static bool add_worker(void *user, const struct jobs_remote_state *state)
         }
     }
     row = counts_json(&all);
-    (void)json_object_update_new(row, json_pack("{s:s, s:s, s:s, s:s, s:I, s:b, s:b, s:o, s:o, s:o}",
-                                                "worker", remote->name, "host", remote->host, "cpu",
-                                                remote->cpu, "token", remote->owner, "slots",
-                                                (json_int_t)remote->slots, "alive", state->alive,
-                                                "barred", state->barred,
-                                                "first", json_time(state->first_ms), "last",
-                                                json_time(state->last_ms), "kinds", kinds));
+    (void)json_object_update_new(
+        row, json_pack("{s:s, s:s, s:s, s:s, s:I, s:b, s:b, s:o, s:o, s:o}", "worker", remote->name,
+                       "host", remote->host, "cpu", remote->cpu, "token", remote->owner, "slots",
+                       (json_int_t)remote->slots, "alive", state->alive, "barred", state->barred,
+                       "first", json_time(state->first_ms), "last", json_time(state->last_ms),
+                       "kinds", kinds));
     return json_array_append_new(user, row) == 0;
 }
 

@@ -184,9 +184,8 @@ static bool ask(struct worker_slot *slot, struct lease *lease)
 {
     struct worker *worker = slot->worker;
     /* The first request waits for nothing but the word that this worker may work. */
-    double wait = atomic_load(&worker->accepted)
-                      ? fmin(POLL_SECONDS, fmax(idle_left(worker), 0.0))
-                      : 0.0;
+    double wait =
+        atomic_load(&worker->accepted) ? fmin(POLL_SECONDS, fmax(idle_left(worker), 0.0)) : 0.0;
     json_t *document =
         json_pack("{s:s, s:s, s:s, s:I, s:s, s:f}", "worker", worker->name, "host", worker->host,
                   "cpu", worker->cpu, "slots", (json_int_t)worker->n_slots, "numericBuild",

@@ -126,7 +126,8 @@ static const struct {
     {TEXT("GET /healthz HTTP/1.1\r\nX: a\0b\r\n" HEAD_END), 400, "malformed-request"},
     {TEXT("GET /v1%2fversion HTTP/1.1\r\n" HEAD_END), 400, "malformed-request"},
     {TEXT("GET /healthz HTTP/1.1\r\nHost: x\r\nHost: y\r\n\r\n"), 400, "malformed-request"},
-    {TEXT("GET /healthz HTTP/1.1\r\nAuthorization: Bearer a\r\nauthorization: Bearer b\r\n" HEAD_END),
+    {TEXT("GET /healthz HTTP/1.1\r\nAuthorization: Bearer a\r\nauthorization: Bearer "
+          "b\r\n" HEAD_END),
      400, "malformed-request"},
     {TEXT("GET /healthz HTTP/1.1\r\nContent-Type: a/b\r\nContent-Type: a/c\r\n" HEAD_END), 400,
      "malformed-request"},
