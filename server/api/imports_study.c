@@ -49,8 +49,25 @@ static void index_files(struct import *import)
     }
 }
 
+/* Whether what lists files is lists; otherwise answered. A mistake must not look like an empty one. */
+static bool are_lists(struct import *import)
+{
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
+        const json_t *all = json_object_get(import->manifest, kinds[i]);
+
+        if (all && !json_is_array(all)) {
+            (void)problem_respond(import->call, "unparsable-archive",
+                                  STUDY_MANIFEST ": /%s must be an array.", kinds[i]);
+            import->answered = true;
+            return false;
+        }
+    }
+    return true;
+}
+
 bool import_take_manifest(struct import *import, const struct import_given *given)
 {
+    const char *format;
     json_error_t error;
     bool over;
 
@@ -59,7 +76,8 @@ bool import_take_manifest(struct import *import, const struct import_given *give
     }
     import->manifest =
         json_memory_load((const char *)given->bytes, given->size, MANIFEST_MAX * 4, &over, &error);
-    if (!json_is_object(import->manifest) ||
+    format = json_string_value(json_object_get(import->manifest, "format"));
+    if (!format || strcmp(format, STUDY_FORMAT) != 0 ||
         json_integer_value(json_object_get(import->manifest, "version")) != STUDY_VERSION) {
         (void)problem_respond(
             import->call, json_memory_failed() ? "out-of-memory" : "unparsable-archive",
@@ -68,7 +86,9 @@ bool import_take_manifest(struct import *import, const struct import_given *give
         return true;
     }
     import->seen = json_object();
-    index_files(import);
+    if (are_lists(import)) {
+        index_files(import);
+    }
     return true;
 }
 

@@ -163,6 +163,13 @@ edited() { # PROGRAM [FILE]
 }
 edited '.meshes[0].file as $a | .meshes[1].file as $b | .meshes[0].file = $b | .meshes[1].file = $a'
 is "$STATUS $(json '[.refused[].code] | join(" ")')" '422 not-as-described not-as-described' 'nor are meshes that were swapped'
+edited '.format = "x"'
+is_problem 422 unparsable-archive 'a manifest says what it is'
+for list in volumes meshes surfaces models jobs; do
+    edited ".$list = 5"
+    is_problem 422 unparsable-archive "$list are a list"
+    like "$(json .detail)" "/$list must be an array" 'as is said'
+done
 edited '.cohort.members = "{}"'
 is "$STATUS $(json '.errors[0].pointer')" '422 /cohort/members' 'members are an array'
 edited '.cohort.members = "[]"'
