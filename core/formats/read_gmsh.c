@@ -377,7 +377,8 @@ static int skip_section(struct gmsh *gmsh, struct token name)
     if (name.size < 2 || name.size > 30 || name.text[0] != '$') {
         return srnf_fail(gmsh->fields.reader->error, SRNF_EPARSE,
                          (int64_t)(name.text - gmsh->fields.reader->bytes),
-                         "'%s' stands where a section should begin", token_quote(name).text);
+                         "byte %zu: '%s' stands where a section should begin",
+                         (size_t)(name.text - gmsh->fields.reader->bytes), token_quote(name).text);
     }
     memcpy(end + 4, name.text + 1, name.size - 1);
     end[name.size + 3] = '\0';

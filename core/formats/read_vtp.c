@@ -205,7 +205,8 @@ static int begin_appended(struct vtp *vtp, const XML_Char **pairs)
     }
     if (at == end || *at != '_') {
         return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)(at - reader->bytes),
-                         "AppendedData: its underscore is missing");
+                         "AppendedData, byte %zu: its underscore is missing",
+                         (size_t)(at - reader->bytes));
     }
     vtp->file.appended = at + 1;
     vtp->file.raw = encoding && strcmp(encoding, "raw") == 0;

@@ -63,6 +63,10 @@ static const struct stranger {
      "this is FreeSurfer's curvature, or a quadrangle surface: send the surface of triangles"},
     {"freesurfer-quadrangles", 0, BYTES("\xff\xff\xfd"),
      "FreeSurfer's quadrangle surfaces are not read: convert to triangles by mris_convert"},
+    {"utf-16", 0, BYTES("\xff\xfe"),
+     "this is text in UTF-16, as programs for Windows save it: save it in UTF-8"},
+    {"utf-16", 0, BYTES("\xfe\xff"),
+     "this is text in UTF-16, as programs for Windows save it: save it in UTF-8"},
     {"html", TEXT, BYTES("<!doctype html"), "this is a web page (HTML), not a mesh"},
     {"html", TEXT, BYTES("<html"), "this is a web page (HTML), not a mesh"},
 #undef BYTES

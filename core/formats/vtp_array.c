@@ -248,7 +248,7 @@ static int load_text(const struct vtp_file *file, struct vtp_array *array, size_
 
         if (!token_number(word, reader->locale, &value)) {
             return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)i,
-                             "DataArray of %s: '%s' is not a number", array->what,
+                             "DataArray of %s, number %zu: '%s' is not a number", array->what, i,
                              token_quote(word).text);
         }
         memcpy(array->data + i * sizeof value, &value, sizeof value);

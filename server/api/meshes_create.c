@@ -160,11 +160,7 @@ static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, stru
         if (status == SRNF_EFORMAT) {
             (void)problem_respond(call, code, "%s (as %s)%s%s.", error.message, row->format,
                                   way_out(call), line_ends(call));
-        } else if (error.element >= 0) {
-            (void)problem_respond(call, code, "%s (as %s, at byte, line or element %lld)%s.",
-                                  error.message[0] ? error.message : srnf_strerror(status),
-                                  row->format, (long long)error.element, line_ends(call));
-        } else {
+        } else { /* the message names the byte, the line or the vertex */
             (void)problem_respond(call, code, "%s (as %s)%s.",
                                   error.message[0] ? error.message : srnf_strerror(status),
                                   row->format, line_ends(call));

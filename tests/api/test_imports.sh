@@ -180,6 +180,12 @@ made 1
 echo 'no mesh' >"$WRONG/bad.off"
 (cd "$WRONG" && zip -q ../bad.zip ./*.off)
 refused "$SCRATCH/bad.zip" 'bad.off unparsable-mesh' 'a file that is no mesh'
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n' >"$SCRATCH/index.obj"
+post '/v1/meshes?format=obj' --data-binary "@$SCRATCH/index.obj"
+is "$STATUS $(json .detail)" '422 face 0: index 9 is above the 3 vertices (as obj).' 'where it is wrong is said once'
+printf '\xff\xfe1\0\t\0a\0\n\0' >"$SCRATCH/labels.txt"
+post /v1/meshes --data-binary "@$SCRATCH/labels.txt"
+like "$STATUS $(json .detail)" '^422 this is text in UTF-16.*save it in UTF-8' 'text of Windows is called by its name'
 import '?cohort=part&partial=true' "$SCRATCH/bad.zip"
 is "$STATUS $(json '"\(.meshes | length) \(.refused[0].file) \(.cohort.memberCount)"')" '201 1 bad.off 1' \
     'with partial=true the rest is kept'

@@ -68,6 +68,13 @@ static void test_strangers(void **state)
         {SRNF_MESH_VTP, "<VTKFile type=\"UnstructuredGrid\"/>", SRNF_EFORMAT, -1,
          "extract the surf"},
         {SRNF_MESH_UNKNOWN, "PK\x03\x04", SRNF_EFORMAT, -1, "this is a zip archive"},
+        {SRNF_MESH_UNKNOWN,
+         "\xff\xfe"
+         "1",
+         SRNF_EFORMAT, -1, "text in UTF-16"},
+        {SRNF_MESH_UNKNOWN, "\xfe\xff", SRNF_EFORMAT, -1, "text in UTF-16"},
+        {SRNF_MESH_GMSH, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\nword\n", SRNF_EPARSE, 35,
+         "byte 35: 'word' stands where"},
         {SRNF_MESH_PLY, "PK\x03\x04...3D/3dmodel.model", SRNF_EFORMAT, -1, "3MF"},
         {SRNF_MESH_UNKNOWN, "7z\xbc\xaf\x27\x1c", SRNF_EFORMAT, -1, "7z archive"},
         {SRNF_MESH_UNKNOWN, "%PDF-1.4", SRNF_EFORMAT, -1, "PDF"},
