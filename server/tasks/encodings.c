@@ -22,6 +22,7 @@
 #define VERSION 1
 #define PREFIX ((size_t)MAGIC_SIZE + 16) /* before the first mesh */
 #define SENTENCE ((size_t)240)
+#define AGREEMENT 1e-9 /* relative: figures of one surface differ by rounding alone */
 
 /* Of a mesh. Numbers from FIELD_REALS on are doubles. */
 enum field {
@@ -411,6 +412,25 @@ int tasks_encodings_read(const void *result, size_t size, size_t n, struct tasks
     return status;
 }
 
+static bool is_near(double a, double b)
+{
+    return isfinite(b) && fabs(a - b) <= AGREEMENT * fabs(b);
+}
+
+/* Whether the figures of a surface agree with each other and with the mesh: its area is one where
+   that was asked for, its scale is positive, or one, and the ratios are those of area and volume. */
+static bool agrees(const unsigned char *head, const struct srnf_encoded *e)
+{
+    double area = tasks_get_double(head + 8 * FIELD_AREA), square = e->scale * e->scale;
+    double volume = tasks_get_double(head + 8 * FIELD_VOLUME);
+    bool scaled = number(head, FIELD_UNIT_AREA) != 0;
+
+    return e->measures.area > 0.0 && e->scale > 0.0 &&
+           is_near(scaled ? e->measures.area : e->scale, 1.0) &&
+           is_near(e->area_ratio * area, e->measures.area * square) &&
+           is_near(e->volume_ratio * volume, e->measures.volume * square * e->scale);
+}
+
 static bool check_encodings(const void *inputs, size_t size, const void *result, size_t result_size)
 {
     const unsigned char *heads = inputs, *at = result, *end = at + result_size;
@@ -422,7 +442,8 @@ static bool check_encodings(const void *inputs, size_t size, const void *result,
 
         good = read_one(&at, end, false, &found) == SRNF_OK &&
                (found.status < 0 ||
-                found.encoded.degree == number(heads + PREFIX + i * HEAD, FIELD_DEGREE));
+                (found.encoded.degree == number(heads + PREFIX + i * HEAD, FIELD_DEGREE) &&
+                 agrees(heads + PREFIX + i * HEAD, &found.encoded)));
     }
     return good && at == end;
 }

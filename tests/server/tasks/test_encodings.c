@@ -231,6 +231,8 @@ static void figures_and_sentences_are_looked_at(void **state)
     const double wrong[] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
     unsigned char *sentences[] = {result.bytes + FIGURES, result.bytes + result.size - SENTENCE};
     static const unsigned char bytes[] = {0xff, 0x01, '\n', 0x7f};
+    static const size_t bound[] = {5, 20, 21, 25, 26}; /* scale, area, volume, and their ratios */
+    static const double factors[] = {-1.0, 0.0, 1.0 + 1e-6, 0.5, 1e300};
 
     for (size_t at = 8 * 5; at < FIGURES; at += 8) {
         bool of_the_map = at == 8 * (size_t)14 || at == 8 * (size_t)15; /* how it is distorted */
@@ -243,6 +245,17 @@ static void figures_and_sentences_are_looked_at(void **state)
                 of_the_map);
         }
         tasks_put_double(result.bytes + at, kept);
+    }
+    for (size_t k = 0; k < sizeof bound / sizeof bound[0]; k++) {
+        double kept = tasks_get_double(result.bytes + 8 * bound[k]);
+
+        for (size_t f = 0; f < sizeof factors / sizeof factors[0]; f++) {
+            tasks_put_double(result.bytes + 8 * bound[k], factors[f] * kept);
+            if (world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size)) {
+                fail_msg("figure %zu, %g times %g, is taken", bound[k], factors[f], kept);
+            }
+        }
+        tasks_put_double(result.bytes + 8 * bound[k], kept);
     }
     tasks_put(result.bytes + 8 * 3, 2); /* neither a star nor none */
     assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
