@@ -277,7 +277,7 @@ $(SERVER_LIB): $(call obj,$(SERVER_SRC)) $(O)/embedded.o
 # they work in: whoever does not see that takes it for shared.
 TURNS       := core/stats/mean_tools.c
 DAEMON_CORE := $(if $(filter tsan,$(CONFIG)),$(call obj,$(TURNS)) build/libsrnf.a,$(CORE_LIB))
-ifeq ($(CONFIG),tsan)
+ifneq ($(filter asan tsan,$(CONFIG)),)
 .PHONY: build/libsrnf.a
 build/libsrnf.a:
 	@$(MAKE) --no-print-directory CONFIG=release $@
@@ -285,9 +285,15 @@ endif
 
 # libmicrohttpd reads through server/http/tap.c.
 TAP := -Wl,--defsym=recv=tap_recv,--defsym=gnutls_record_recv=tap_record_recv
-$(B)/srnfd $(TESTED): LDFLAGS += $(TAP)
+$(B)/srnfd $(B)/srnfd-plain-core $(TESTED): LDFLAGS += $(TAP)
 
 $(B)/srnfd: $(O)/server/main.o $(SERVER_LIB) $(DAEMON_CORE)
+	$(call say,LINK,$@)
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS)
+
+# Beside it, for tests of the API that wait for numerics which others run with ASan (plain-core in tests/run.sh).
+PLAIN_asan := $(B)/srnfd-plain-core
+$(B)/srnfd-plain-core: $(O)/server/main.o $(SERVER_LIB) build/libsrnf.a
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS)
 
@@ -360,7 +366,7 @@ $(B)/tests/bench/%: $(O)/tests/bench/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) $(GOLD) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
 
-build-tests: $(B)/srnfd $(B)/paper $(TESTS) $(SHIMS) $(TOOLS)
+build-tests: $(B)/srnfd $(PLAIN_$(CONFIG)) $(B)/paper $(TESTS) $(SHIMS) $(TOOLS)
 
 # What has threads: all of the server, whole daemons, and of the core what a test spreads over threads.
 THREADED_CORE := $(shell grep -lE 'group_threads|parallel_threads|parallel_spread' $(filter tests/core/%,$(TEST_SRC)))

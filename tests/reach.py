@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""What the tests marked no-asan reach that no other test of the build with ASan does.
+"""What the tests marked no-asan, and in core/ those marked plain-core, reach that no other test with ASan does.
 
     tests/reach.py BUILD-FOLDER [FILTER]
 
 BUILD-FOLDER is a build with CONFIG=coverage. Every test that the build with ASan could have (those whose path matches
 FILTER, an extended regular expression) runs alone, its counts in a folder of its own. A counter is one of those that
 gcc puts at branches: what each test reaches is the set of counters above 0 in core/ and server/. Prints for each
-test its counters and how many of them no other test reaches, and last how many of all counters the tests marked no-asan
-alone reach. A daemon that a test kills takes its counts with it. Takes about twenty minutes of processor time.
+test its counters and how many of them no other test reaches, and last how many of all counters only
+what runs without ASan reaches. A daemon that a test kills takes its counts with it. Takes about twenty minutes of processor time.
 """
 import collections
 import os
@@ -69,9 +69,11 @@ def main():
     times = collections.Counter(counter for found in reached.values() for counter in found)
     for test, found in reached.items():
         own = sum(times[counter] == 1 for counter in found)
-        print(f"{len(found):7d} {own:5d}  {'no-asan' if 'no-asan' in marked[test] else '       '}  {test}")
-    kept = {counter for test, found in reached.items() if "no-asan" not in marked[test] for counter in found}
-    print(f"{len(times)} counters reached, {len(times.keys() - kept)} by tests marked no-asan alone")
+        mark = " ".join(marked[test] & {"no-asan", "plain-core"})
+        print(f"{len(found):7d} {own:5d}  {mark:10s}  {test}")
+    kept = {counter for test, found in reached.items() if "no-asan" not in marked[test] for counter in found
+            if "plain-core" not in marked[test] or not counter[0].startswith("core/")}
+    print(f"{len(times)} counters reached, {len(times.keys() - kept)} only without ASan")
 
 
 main()

@@ -18,6 +18,8 @@
 # A test's source may carry marker lines among its first twenty:
 #   srnfd-test: release-only    is left out of sanitizer builds
 #   srnfd-test: no-asan (WHY)   is left out of the build with ASan, where tests that WHY names run the same code
+#   srnfd-test: plain-core (WHY)  with ASan, its daemon has the core of the release build, as it waits for numerics that
+#                               tests that WHY names run with ASan
 #   srnfd-test: once (WHY)      make check runs it with ASan alone, and not in the release build too
 #   srnfd-test: alone           runs when no other test does (it measures time)
 #   srnfd-test: nightly         is left out, and runs in make nightly
@@ -26,7 +28,8 @@
 #   srnfd-test: timeout N       may take N seconds instead of 300 (twice that in sanitizer builds)
 #
 # Environment: SRNFD_NIGHTLY ("only": what make check leaves out of this build and nothing else: of a release build the
-# tests marked nightly or once, of one with ASan those marked no-asan), SRNFD_ONCE (leave out those marked once, except
+# tests marked nightly or once, of one with ASan those marked no-asan or plain-core, with ASan in all of the daemon),
+# SRNFD_ONCE (leave out those marked once, except
 # with ASan), SRNFD_QUICK (leave out those marked slow or alone), SRNFD_ALONE ("no" or "only" those marked alone),
 # SRNFD_TEST_JOBS (one more than processors, at least 3), SRNFD_TEST_PLACES (a named pipe with a byte for each test that
 # may run at a time, for several runs that share them), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this folder).
@@ -108,7 +111,11 @@ left_out() { # SOURCE
     fi
     [ "$SRNFD_SANITIZED" != asan ] || missed=no-asan
     if [ "${SRNFD_NIGHTLY:-}" = only ]; then
-        ! marker "$1" $missed && { [ $missed != nightly ] || ! marker "$1" once; }
+        if [ $missed = nightly ]; then
+            ! marker "$1" nightly && ! marker "$1" once
+        else
+            ! marker "$1" no-asan && ! marker "$1" plain-core
+        fi
         return
     fi
     marker "$1" nightly || marker "$1" $missed ||
@@ -172,6 +179,9 @@ run_one() { # NUMBER SOURCE PROGRAM
     limit=$((SLOWER * limit))
     started=$(date +%s%N)
     mkdir "$base.tmp"
+    if [ "$SRNFD_SANITIZED" = asan ] && [ "${SRNFD_NIGHTLY:-}" != only ] && marker "$source" plain-core; then
+        local SRNFD=$BUILD/srnfd-plain-core # exported, as what it hides is
+    fi
     TMPDIR=$base.tmp setsid timeout -k 5 "$limit" "$program" </dev/null >"$base.out" 2>"$base.err" &
     pid=$!
     echo "$pid" >"$base.pid"

@@ -75,6 +75,17 @@ rm "$COPY/tests/api/test_one.sh"
 finds markers 'test_two.sh:1: .*test_one.sh, .*not there' 'and is there'
 marked two 'no-asan (others run its code)'
 finds markers 'test_two.sh:1: no-asan without a test' 'and has a name'
+marked two 'plain-core (test_three.sh runs its numerics)'
+marked three slow
+clean markers
+marked three 'plain-core (test_other.sh runs its numerics)'
+finds markers 'test_two.sh:1: .*test_three.sh, .*has a core without ASan' 'a core that is left out is no other'\''s'
+marked two 'no-asan (test_three.sh runs its code)'
+finds markers 'test_two.sh:1: no-asan without a test' 'nor for who is left out'
+marked two 'no-asan (test_three.sh and test_other.sh run its code)'
+clean markers
+marked two plain-core
+finds markers 'test_two.sh:1: plain-core without a reason' 'and says why'
 marked two no-asna
 finds markers 'test_two.sh:1: "no-asna" is no marker' 'a marker is spelled right'
 rm "$COPY"/tests/api/test_*.sh

@@ -238,7 +238,17 @@ run 'test_elsewhere|test_pass'
 is "$LAST" '2 passed, 0 failed' 'what others run under ASan is left out there'
 SRNFD_NIGHTLY=only run 'test_elsewhere|test_pass|test_long'
 is "$LAST" '1 passed, 0 failed' 'and runs with it by night, without what is nightly'
+script test_plain_core.sh <<'END'
+# srnfd-test: plain-core (test_pass.sh runs its numerics)
+echo 1..1; [ "${SRNFD##*/}" = srnfd-plain-core ] && echo 'ok 1 - a' || echo 'not ok 1 - a'
+END
+run 'test_plain_core|test_pass'
+is "$LAST" '3 passed, 0 failed' 'who waits for numerics has a daemon with the core of the release build'
+SRNFD_NIGHTLY=only run 'test_plain_core|test_pass'
+is "$LAST" '0 passed, 1 failed' 'and by night that with ASan in all of it'
 echo '__tsan_init' >"$FAKE/build/srnfd"
+run 'test_plain_core|test_pass'
+is "$LAST" '2 passed, 1 failed' 'and so in other builds'
 run 'test_elsewhere|test_pass'
 is "$LAST" '3 passed, 0 failed' 'and is left out only there'
 rm "$FAKE/build/srnfd"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # test_classify.sh - classification of a labelled cohort, and distances by the metrics that have no SRNFs, against a
 # live server: two kinds of nuclei with three surfaces each, which every method can tell apart.
+# srnfd-test: plain-core (core/stats/test_classify.c and test_standard.sh run its numerics)
 # srnfd-test: slow
 # srnfd-test: once (core/stats/test_classify.c has the figures in both builds)
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# srnfd-test: plain-core (core/registration/test_register_known.c and test_standard.sh run its numerics)
 # srnfd-test: slow
 #
 # test_doubts.sh - what records tell of a group that does not belong together: surfaces of two scales (refused), of

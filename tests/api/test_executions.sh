@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Executions and jobs: waiting and not waiting, the cache and its time, idempotency keys, results before and after
 # the end, cancel, delete, lists with cursors, entity tags, HEAD and OPTIONS.
+# srnfd-test: plain-core (core/inversion/test_invert_contract.c and test_processes.sh run its numerics)
 # srnfd-test: slow
 # srnfd-test: waits
 . "$(dirname "$0")/../support/lib.sh"

@@ -2,6 +2,7 @@
 # test_model_parts.sh - models of several structures, against a live server: pca-parts keeps one; it is listed, read,
 # taken by modes, sample, project and score, refused where another kind is needed, exported, imported and deleted; of one
 # part it is the model of pca. What does not fit its parts is told by name.
+# srnfd-test: plain-core (core/stats/test_train.c and test_standard.sh run its numerics)
 # srnfd-test: once (models of the core have tests of their own in both builds)
 # srnfd-test: slow
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# srnfd-test: plain-core (core/stats/test_stats_allocation.c and test_standard.sh run its numerics)
 # srnfd-test: timeout 300
 #
 # test_neighbours.sh - neighbours over HTTP: those that the matrix of distances has, as JSON, CSV and .npy; what is wrong

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# srnfd-test: plain-core (core/pullback/test_pullback_geodesic.c and test_standard.sh run its numerics)
 # srnfd-test: timeout 600
 #
 # test_pullback.sh - shoot, transport, transfer and mean in the pulled-back metric end to end, on small surfaces of

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # test_score.sh - surfaces beside the norm end to end: percentiles, the map, calibration and covariates, members of the
 # model, and what is refused by name.
+# srnfd-test: plain-core (core/stats/test_norms.c and test_standard.sh run its numerics)
 # srnfd-test: slow
 # srnfd-test: once (core/stats/test_norms.c has the figures in both builds)
 

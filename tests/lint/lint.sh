@@ -155,7 +155,8 @@ check_nan() {
 }
 
 # Markers of tests (the head of tests/run.sh): known ones; of tests that make check runs in one build only, with a reason.
-# Who is left out with ASan names tests that are not. Who is left out of the release build leaves nothing out with ASan,
+# Who is left out with ASan, or whose core is, names tests of which neither is; those whose core is left out may be named
+# beside such, but for the core. Who is left out of the release build leaves nothing out with ASan,
 # which would then run nowhere.
 check_markers() {
     local file name why other found
@@ -165,7 +166,7 @@ check_markers() {
     while IFS=$'\t' read -r file name why; do
         case $name in
         release-only | alone | nightly | slow | waits | timeout) continue ;;
-        no-asan | once) ;;
+        no-asan | plain-core | once) ;;
         *) echo "$file:1: \"$name\" is no marker" && continue ;;
         esac
         if ! [[ $why =~ ^[a-z-]+\ \(.+\)( \*/)?$ ]]; then
@@ -179,12 +180,15 @@ check_markers() {
         fi
         found=
         for other in $(grep -oE '[a-z_/]*test_[a-z0-9_]+\.(c|sh)' <<<"$why"); do
-            found=yes
             [ -f "tests/$other" ] && other=tests/$other || other=${file%/*}/$other
             if [ ! -f "$other" ]; then
                 echo "$file:1: $other, which is to run its code, is not there"
             elif grep -qP "^\Q$other\E\t(release-only|no-asan|nightly)\t" "$SCRATCH/markers"; then
                 echo "$file:1: $other, which is to run its code, is left out with ASan, too"
+            elif ! grep -qP "^\Q$other\E\tplain-core\t" "$SCRATCH/markers"; then
+                found=yes
+            elif [ "$name" = plain-core ] || [[ $file == tests/core/* ]]; then
+                echo "$file:1: $other, which is to run its code, has a core without ASan"
             fi
         done
         [ -n "$found" ] || echo "$file:1: $name without a test that runs its code"

@@ -5,7 +5,7 @@
  * Equality here is of bits where the library promises determinism: the result of a field depends on
  * neither its neighbours in the batch, nor what the workspace held before.
  *
- * srnfd-test: no-asan (api/test_classify.sh runs its code)
+ * srnfd-test: no-asan (api/test_standard.sh and core/stats/test_classify.c run its code)
  */
 #include "fixture.h"
 #include "operators.h"

@@ -2,7 +2,7 @@
  * test_points.c - harmonic series and gradients at arbitrary points: against explicit formulae, the
  * grid transform, differences, and symmetry; regular at and around the poles.
  *
- * srnfd-test: no-asan (api/test_doubts.sh runs its code)
+ * srnfd-test: no-asan (api/test_standard.sh runs its code)
  */
 #include "fixture.h"
 #include "harmonics.h"

@@ -7,7 +7,7 @@
  * the degree, 2^-53 127^2 / 2 = 9e-13 at most; on the average they are much smaller. Any error of
  * formula is far above.
  *
- * srnfd-test: no-asan (api/test_classify.sh runs its code)
+ * srnfd-test: no-asan (api/test_standard.sh and core/stats/test_classify.c run its code)
  */
 #include "fixture.h"
 #include "harmonics.h"

@@ -4,7 +4,7 @@
  *
  * srnfd-test: timeout 300
  * srnfd-test: slow
- * srnfd-test: no-asan (test_classify_allocation.c and api/test_classify.sh run its code)
+ * srnfd-test: no-asan (test_classify_allocation.c and api/test_standard.sh run its code)
  */
 #include "group.h"
 

@@ -2,7 +2,7 @@
  * test_metrics.c - distances by the other metrics: what each must not see (pose, and for some the
  * turn of the domain), what it must, symmetry, threads, and wrong arguments.
  *
- * srnfd-test: no-asan (api/test_classify.sh and server/tasks/test_pairs.c run its code)
+ * srnfd-test: no-asan (api/test_standard.sh and server/tasks/test_pairs.c run its code)
  */
 #include "core/registration/registrations.h"
 #include "group.h"

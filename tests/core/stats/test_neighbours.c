@@ -3,7 +3,7 @@
  * whatever pairs are registered; the bound is below what registration finds, unchanged by rotations
  * and warps, and rules pairs out where surfaces differ.
  * srnfd-test: slow
- * srnfd-test: no-asan (test_stats_allocation.c and api/test_neighbours.sh run its code)
+ * srnfd-test: no-asan (test_stats_allocation.c and api/test_standard.sh run its code)
  */
 #include "group.h"
 
