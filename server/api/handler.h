@@ -108,8 +108,8 @@ void respond_static(struct api_call *call, int status, const char *content_type,
                     size_t size);
 /* "2026-01-31T12:00:00.123Z", or JSON null for 0. */
 json_t *json_time(int64_t ms);
-/* Sets ETag to the tag in quotes; of a GET or HEAD, answers 412 where If-Match does not name it, and
-   304 where If-None-Match does: then true, and nothing more is to be done. */
+/* Sets ETag to the tag in quotes; of a GET or HEAD, answers 412 where If-Match does not name it,
+   and 304 where If-None-Match does: then true, and nothing more is to be done. */
 bool respond_not_modified(struct api_call *call, const char *tag);
 /* Before a change: where If-Match does not name the tag, or If-None-Match does, answers 412: then
    true, and nothing more is to be done. NULL: it is there, but has no tag. */

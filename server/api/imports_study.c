@@ -49,7 +49,8 @@ static void index_files(struct import *import)
     }
 }
 
-/* Whether what lists files is lists; otherwise answered. A mistake must not look like an empty one. */
+/* Whether what lists files is lists; otherwise answered: a mistake must not look like an empty
+   one. */
 static bool are_lists(struct import *import)
 {
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {

@@ -46,9 +46,9 @@ static size_t count_headers(const struct exchange *exchange, const char *name, c
     return count;
 }
 
-/* A field that can mean one thing only comes once: which of two was meant, nobody knows, and a proxy
-   in front may have judged the other one. Lists may come in parts (RFC 9110, 5.3). NULL: all is
-   well. */
+/* A field that can mean one thing only comes once: nobody knows which of two was meant, and a
+   proxy in front may have judged the other one. Lists may come in parts (RFC 9110, 5.3). NULL: all
+   is well. */
 static const char *check_repeats(const struct exchange *exchange)
 {
     static const struct {

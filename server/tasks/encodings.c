@@ -418,7 +418,8 @@ static bool is_near(double a, double b)
 }
 
 /* Whether the figures of a surface agree with each other and with the mesh: its area is one where
-   that was asked for, its scale is positive, or one, and the ratios are those of area and volume. */
+   that was asked for, its scale is positive, or one, and the ratios are those of area and
+   volume. */
 static bool agrees(const unsigned char *head, const struct srnf_encoded *e)
 {
     double area = tasks_get_double(head + 8 * FIELD_AREA), square = e->scale * e->scale;

@@ -4,6 +4,7 @@
 # GET /v1/processes/{id} answers. The file is
 # read line by line: its layout (two spaces a level, parameters by reference, process schemas as JSON) is part of
 # what is checked, since another layout finds no routes at all.
+# srnfd-test: slow
 # srnfd-test: no-asan (api/test_standard.sh runs its code)
 . "$(dirname "$0")/../support/lib.sh"
 

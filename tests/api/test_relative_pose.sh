@@ -2,6 +2,7 @@
 # test_relative_pose.sh - classifiers of several structures that heed where these are to each other: labels that nothing
 # else tells are told, also of new subjects and wherever those are as a whole, and what has no place is refused by name.
 # srnfd-test: plain-core (core/stats/test_train.c, core/stats/test_norms.c and test_standard.sh run its numerics)
+# srnfd-test: slow
 # srnfd-test: once (core/stats/test_train.c and core/stats/test_folds_join.c run the numerics in both builds)
 
 # shellcheck source=tests/support/lib.sh
