@@ -111,6 +111,42 @@ void alike_warn(json_t *warnings, const char *of, const json_t *found)
     }
 }
 
+json_t *alike_missing(const json_t *texts)
+{
+    static const char *const missing[] = {"na", "n/a", "#n/a", "n.a.", "nan", "null",   "missing",
+                                          "?",  "-",   "--",   ".",    "",    "unknown"};
+    json_t *found = NULL, *text;
+    size_t i;
+
+    json_array_foreach(texts, i, text)
+    {
+        char folded[TEXT_MAX];
+
+        fold(json_string_value(text), folded);
+        for (size_t k = 0; k < sizeof missing / sizeof missing[0]; k++) {
+            if (strcmp(folded, missing[k]) == 0) {
+                found = found ? found : json_array();
+                (void)json_array_append(found, text);
+            }
+        }
+    }
+    return found;
+}
+
+void alike_warn_missing(json_t *warnings, const char *of, const json_t *found)
+{
+    char quoted[80 * QUOTED_MAX];
+
+    if (found) {
+        alike_quote(found, quoted, sizeof quoted);
+        warning_add(
+            warnings, "level-says-missing", json_pack("{s:s, s:O}", "of", of, "texts", found),
+            "%s of \"%.60s\" is a group of its own, though many programs write it for what is "
+            "missing. Give null for what is not known, and leave those members out.",
+            quoted, of);
+    }
+}
+
 /* What stands behind a number, without the space before it; NULL: it is no number with a unit. */
 static const char *unit_of(const char *text, double *number)
 {

@@ -1,6 +1,6 @@
 /*
- * alike.h - texts that were most likely meant to be the same, or to be numbers: labels that differ
- * in case or white space alone, and numbers with their unit behind.
+ * alike.h - texts that were most likely meant to be the same, or to be numbers, or nothing: labels
+ * that differ in case or white space alone, numbers with their unit behind, and "NA".
  */
 #ifndef SRNFD_API_ALIKE_H
 #define SRNFD_API_ALIKE_H
@@ -15,6 +15,12 @@ void alike_add(json_t *collection, const char *text);
 json_t *alike_found(json_t *collection);
 /* The warning labels-alike for each of what was found; of: a covariate, or "label". */
 void alike_warn(json_t *warnings, const char *of, const json_t *found);
+
+/* Those of an array of texts that other programs write for what is missing, as "NA" and "?"; NULL:
+   none. New reference. */
+json_t *alike_missing(const json_t *texts);
+/* The warning level-says-missing for what was found, NULL for nothing. */
+void alike_warn_missing(json_t *warnings, const char *of, const json_t *found);
 
 /* Where the texts of an array are two or more different numbers, each followed by the same unit
    ("50 y", "61 y"), that unit; NULL: they are not. */

@@ -35,6 +35,7 @@ static const char *const codes[] = {
     "labels-alike",
     "landmark-off-surface",
     "landmarks-raise-distance",
+    "level-says-missing",
     "mean-not-converged",
     "members-not-compared",
     "mirror-images",

@@ -108,6 +108,7 @@ static void echo_cohort(json_t *cohort)
     (void)json_object_del(design, "tests");
     (void)json_object_del(design, "mixed");
     (void)json_object_del(design, "alike");
+    (void)json_object_del(design, "missing");
 }
 
 const struct input_own regress_cohort = {

@@ -152,6 +152,9 @@ static void set_design(const struct design_build *build, const struct design_col
     if (build->alike) {
         (void)json_object_set(design, "alike", build->alike);
     }
+    if (build->missing) {
+        (void)json_object_set(design, "missing", build->missing);
+    }
     if (build->mixed) {
         (void)json_object_set(design, "mixed", build->mixed);
     }

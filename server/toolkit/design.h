@@ -25,6 +25,7 @@
  *     mixed    [{column, cell, numbers, others}] of texts that count as levels, though half of them
  *              or more are numbers: how many are, how many are not, and the first that is not; only
  *              where there are some
+ *     missing  [{of, found: [..]}] of levels that other programs write for what is missing
  *     tests    [{kind: term, model or pair, term: number, levels, reduced, tested, merged}]
  * A name is that of a covariate, or else label, group (the label as well), time or side of members.
  * Texts, true and false, and C(x) are categorical, with treatment coding against the first level,

@@ -187,12 +187,12 @@ static void note_mixed(struct design_build *build, const struct design_factor *f
     }
 }
 
-/* Notes levels that differ in case or white space alone, and numbers with their unit behind, which
-   are texts. seen: the levels. */
+/* Notes levels that differ in case or white space alone, that say that nothing is known, and numbers
+   with their unit behind, which are texts. seen: the levels. */
 static void note_texts(struct design_build *build, const struct design_factor *factor, json_t *seen)
 {
     const char *name = factor->source->name, *key, *unit;
-    json_t *collection = json_object(), *texts = json_array(), *found, *value;
+    json_t *collection = json_object(), *texts = json_array(), *found, *missing, *value;
 
     json_object_foreach(seen, key, value)
     {
@@ -204,6 +204,12 @@ static void note_texts(struct design_build *build, const struct design_factor *f
         build->alike = build->alike ? build->alike : json_array();
         (void)json_array_append_new(build->alike,
                                     json_pack("{s:s, s:O}", "of", name, "found", found));
+    }
+    missing = alike_missing(texts);
+    if (missing) {
+        build->missing = build->missing ? build->missing : json_array();
+        (void)json_array_append_new(build->missing,
+                                    json_pack("{s:s, s:o}", "of", name, "found", missing));
     }
     unit = factor->source->function == FORMULA_LEVELS ? NULL : alike_unit(texts);
     if (unit) {
@@ -448,4 +454,5 @@ void design_factors_clear(struct design_build *build)
     }
     json_decref(build->mixed);
     json_decref(build->alike);
+    json_decref(build->missing);
 }

@@ -23,8 +23,9 @@ struct design_build {
     const json_t *members;
     const char *where; /* design_describe */
     size_t n;
-    json_t *mixed; /* array: of factors of texts, many of which are numbers (design.h) */
-    json_t *alike; /* array: of levels that may be meant to be the same (design.h) */
+    json_t *mixed;   /* array: of factors of texts, many of which are numbers (design.h) */
+    json_t *alike;   /* array: of levels that may be meant to be the same (design.h) */
+    json_t *missing; /* array: of levels that may be meant to be none (design.h) */
     struct design_factor factor[FORMULA_FACTORS_MAX];
 };
 

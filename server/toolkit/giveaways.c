@@ -123,7 +123,8 @@ void giveaways_warn_labels(const json_t *inputs, json_t *document)
     const json_t *cohort = json_object_get(inputs, "cohort");
     const json_t *of_subjects = json_object_get(cohort, "subjectLabels");
     const json_t *labels = of_subjects ? of_subjects : json_object_get(cohort, "labels");
-    json_t *collection = json_object(), *found, *label;
+    json_t *collection = json_object(), *texts = json_array(), *found, *missing, *label;
+    const char *key;
     size_t i;
 
     json_array_foreach(labels, i, label)
@@ -134,6 +135,14 @@ void giveaways_warn_labels(const json_t *inputs, json_t *document)
     }
     found = json_object_get(inputs, "formula") ? NULL : alike_found(collection);
     alike_warn(warnings_of(document), "label", found);
+    json_object_foreach(collection, key, label)
+    {
+        (void)json_array_append(texts, json_array_get(label, 0));
+    }
+    missing = json_object_get(inputs, "formula") ? NULL : alike_missing(texts);
+    alike_warn_missing(warnings_of(document), "label", missing);
+    json_decref(missing);
+    json_decref(texts);
     json_decref(found);
     json_decref(collection);
 }

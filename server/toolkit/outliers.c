@@ -204,4 +204,9 @@ void outliers_warn_design(const json_t *cohort, json_t *document)
         alike_warn(warnings_of(document), json_string_value(json_object_get(one, "of")),
                    json_object_get(one, "found"));
     }
+    json_array_foreach(json_object_get(design, "missing"), i, one)
+    {
+        alike_warn_missing(warnings_of(document), json_string_value(json_object_get(one, "of")),
+                           json_object_get(one, "found"));
+    }
 }

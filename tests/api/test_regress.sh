@@ -156,7 +156,7 @@ like "$(json '.errors[0].detail')" 'It is text in the cohort, since "unknown" is
 # Texts that differ in case or white space alone, numbers with their unit, and numbers beyond all use.
 post_json /v1/cohorts "{\"name\":\"alike\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value
     | .label = ["Patient", " patient"][$i % 2] | .covariates += {centre: ["North 1", "north1", "South"][$i % 3],
-    stage: ["50 y", "60 y"][$i % 2], huge: (if $i == 4 then 1e308 else $i end)})' <<<"$MEMBERS")}"
+    stage: ["50 y", "60 y"][$i % 2], scanner: ["A", "NA", "B"][$i % 3], huge: (if $i == 4 then 1e308 else $i end)})' <<<"$MEMBERS")}"
 execute regress '{"cohort":"alike","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ centre + stage"}'
 is "$STATUS $(json '[.warnings[] | select(.code == "labels-alike") | .figures] | tojson')" \
     '200 [{"of":"centre","texts":["North 1","north1"]}]' 'levels that are alike are told, labels that do not count are not'
@@ -166,6 +166,10 @@ is "$(json '.inputs.cohort.design | has("alike")')" false 'as warnings alone'
 execute compare-groups '{"cohort":"alike","register":false,"permutations":9}'
 is "$STATUS $(json '[.warnings[] | select(.code == "labels-alike") | .figures] | tojson')" \
     '200 [{"of":"label","texts":["Patient"," patient"]}]' 'and labels that are compared'
+execute regress '{"cohort":"alike","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ scanner"}'
+is "$STATUS $(json '[.warnings[] | select(.code == "level-says-missing") | .figures] | tojson')" \
+    '200 [{"of":"scanner","texts":["NA"]}]' 'a level that says that nothing is known is told'
+is "$(json '.inputs.cohort.design | has("missing")')" false 'as a warning alone'
 execute regress '{"cohort":"alike","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ huge"}'
 is_problem 422 invalid-input 'a number beyond all use'
 like "$(json '.errors[0] | .pointer + " " + .detail')" '^/inputs/formula huge of member 4 .* is 1e[+]308' 'is told by name and member'
