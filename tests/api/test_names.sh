@@ -46,7 +46,7 @@ for path in "meshes/$MESH" "volumes/$VOLUME" "surfaces/$SURFACE" "models/$MODEL"
     is "$(labels)" '["Ä new \"name\"",[]]' "$kind: null removes, and what is not given stays"
     patch "/v1/$path" '{"name":null}'
     is "$(labels)" '["",[]]' "$kind: the name too"
-    patch "/v1/$path" "{\"name\":$(jq -c '.[0]' <<<"$before")}" --header 'Content-Type: application/json'
+    request PATCH "/v1/$path" --header 'Content-Type: application/json' --data-binary "{\"name\":$(jq -c '.[0]' <<<"$before")}"
     is "$(labels)" "$before" "$kind: and back, as plain JSON"
 done
 get "/v1/jobs/$JOB"
