@@ -16,6 +16,7 @@
 
 struct compute_prepared; /* compute/prepared.h */
 struct store_job;        /* store/job.h */
+struct store_model;      /* store/model.h */
 struct store_mesh;       /* store/mesh.h */
 struct store_surface;    /* store/surface.h */
 
@@ -170,6 +171,10 @@ struct api_process {
        successful job in this form (tables.h). Otherwise NULL. */
     void (*respond_table)(struct api_call *call, const struct store_job *job, int form);
     bool condensed; /* and that as .npy has a condensed form, which `condensed` asks for */
+    /* Of a process that reads more of a model than its numbers: whether one that was made
+       elsewhere, with all its arrays, has what the process needs, where it is of the kind that the
+       process takes. Otherwise NULL. */
+    bool (*model_fits)(const struct store_model *model);
 };
 /* The processes that a service offers, and what is the same for each: this layer knows none of
    them by name. */

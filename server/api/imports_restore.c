@@ -212,22 +212,54 @@ static char *identity_of(const char *text)
     return identity;
 }
 
-/* Whether all surfaces that the model stands on are listed, and so come or nothing is kept, or are
-   the caller's already: what only others have is not there. */
-static bool has_means(struct import *import, const struct compute_joint *joint, int *status)
+/* The degree of a surface that is listed, and so comes or nothing is kept, or is the caller's
+   already: what only others have is not there, STORE_NOT_FOUND. */
+static int degree_of(const struct import *import, const char *id, int64_t *degree)
 {
+    const json_t *listed = json_object_get(import->surfaces, id);
+    const char *owner = call_owner(import->call).name;
+    struct store *store = import->call->api->config.store;
+    struct store_surface surface;
+    int status = listed ? STORE_OK : store_owner_has(store, owner, id);
+
+    *degree = json_integer_value(listed);
+    if (!listed && status == STORE_OK) {
+        status = store_surface_get_as(store, owner, id, false, &surface);
+        *degree = surface.lmax;
+        store_surface_clear(&surface);
+    }
+    return status;
+}
+
+/* Whether the model may stand on all surfaces that it names, and they are of its degree. */
+static bool has_surfaces(struct import *import, const struct store_model *model,
+                         const struct compute_joint *joint, int *status)
+{
+    json_t *record = json_loads(model->record, 0, NULL);
     bool good = true;
 
-    for (size_t part = 0; part < joint->n_parts && good && *status == STORE_OK; part++) {
-        const char *mean = joint->means[part];
+    for (size_t i = 0; i < 2 * joint->n_parts && good && *status == STORE_OK; i++) {
+        const char *id = i % 2 ? model_template(record, i / 2) : joint->means[i / 2];
+        int64_t degree = model->lmax;
 
-        if (!json_object_get(import->surfaces, mean)) {
-            *status = store_owner_has(import->call->api->config.store,
-                                      call_owner(import->call).name, mean);
-            good = *status != STORE_NOT_FOUND;
-            *status = good ? *status : STORE_OK;
-            import->lacking = !good;
-        }
+        *status = id ? degree_of(import, id, &degree) : STORE_OK;
+        import->lacking = *status == STORE_NOT_FOUND;
+        import->edited = degree != model->lmax;
+        good = !import->lacking && !import->edited;
+        *status = import->lacking ? STORE_OK : *status;
+    }
+    json_decref(record);
+    return good;
+}
+
+/* Whether all processes that read what models are made of could use this one. */
+static bool fits_processes(const struct api *api, const struct store_model *model)
+{
+    const struct api_process *const *rows = api->config.processes->rows;
+    bool good = true;
+
+    for (; *rows; rows++) {
+        good = good && (!(*rows)->model_fits || (*rows)->model_fits(model));
     }
     return good;
 }
@@ -276,7 +308,12 @@ bool import_restore_model(struct import *import, const json_t *record, const cha
             good = good && model.arrays[i];
         }
     }
-    good = good && is_usable(&model, &joint) && has_means(import, &joint, status);
+    good = good && is_usable(&model, &joint);
+    if (good) {
+        good = fits_processes(import->call->api, &model);
+        import->edited = !good;
+    }
+    good = good && has_surfaces(import, &model, &joint, status);
     if (good && *status == STORE_OK) {
         model.identity = identity;
         *status = store_batch_add_model(import->batch, &model, id);

@@ -23,7 +23,7 @@
 
 static const char *const kinds[] = {"volumes", "meshes", "surfaces", "models", "jobs"};
 
-/* Files by their paths: kind and record; and the ids of surfaces. */
+/* Files by their paths: kind and record; and of surfaces, by their ids, the degrees. */
 static void index_files(struct import *import)
 {
     const char *path;
@@ -42,8 +42,9 @@ static void index_files(struct import *import)
                 (void)json_object_set(import->by_path, path, one);
             }
             if (kinds[i][0] == 's' && json_is_string(json_object_get(one, "id"))) {
-                (void)json_object_set_new(
-                    import->surfaces, json_string_value(json_object_get(one, "id")), json_true());
+                (void)json_object_set(import->surfaces,
+                                      json_string_value(json_object_get(one, "id")),
+                                      json_object_get(one, "lmax"));
             }
         }
     }

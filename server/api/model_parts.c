@@ -43,6 +43,15 @@ bool model_joint(const struct store_model *model, struct compute_joint *joint)
     return good;
 }
 
+const char *model_template(const json_t *record, size_t part)
+{
+    const json_t *parts = json_object_get(record, "parts");
+    const json_t *holder = json_array_size(parts) > 0 ? json_array_get(parts, part)
+                                                      : json_object_get(record, "classifier");
+
+    return json_string_value(json_object_get(json_object_get(holder, "template"), "surface"));
+}
+
 json_t *model_part_names(const struct store_model *model)
 {
     json_t *record = json_loads(model->record ? model->record : "{}", 0, NULL);

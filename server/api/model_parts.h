@@ -15,6 +15,10 @@
    not fit the model's sizes, which can only be of an import. */
 bool model_joint(const struct store_model *model, struct compute_joint *joint);
 
+/* The surface that a classifier registers others of one part to, from its record; NULL where the
+   record names none. */
+const char *model_template(const json_t *record, size_t part);
+
 /* Names of the parts (new reference): empty of one structure. */
 json_t *model_part_names(const struct store_model *model);
 /* "left", "right", as sentences have it. names: an array of texts. */

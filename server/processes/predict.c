@@ -436,4 +436,5 @@ const struct api_process predict_process = {
         "before; each shape was registered to its template alone",
     .table = &table,
     .seconds = seconds,
+    .model_fits = predict_model_fits,
 };

@@ -4,6 +4,7 @@
  * import is checked all the same: what does not fit its sizes is no classifier.
  */
 #include "processes/predict.h"
+#include "processes/train.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,6 +13,7 @@
 #include "toolkit/model.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/typicality.h"
+#include "api/model_parts.h"
 #include "api/models.h"
 
 void kept_clear(struct kept *kept)
@@ -74,6 +76,16 @@ static bool read_shares(const json_t *value, size_t count, double **shares)
 
     for (size_t k = 0; good && k < count; k++) {
         good = (*shares)[k] > 0.0;
+    }
+    return good;
+}
+
+static bool read_lengths(const json_t *value, size_t count, double **lengths)
+{
+    bool good = read_numbers(value, count, lengths);
+
+    for (size_t k = 0; good && k < count; k++) {
+        good = (*lengths)[k] >= 0.0;
     }
     return good;
 }
@@ -164,26 +176,19 @@ static bool read_classifier(struct kept *kept)
         return false;
     }
     classifier->classes = platt->classes = kept->classes;
-    classifier->gauss = strcmp(kept->method, "srnf-gauss") == 0;
-    if (!read_features(object, kept)) {
+    classifier->gauss = strcmp(kept->method, train_methods[0]) == 0;
+    if (!(classifier->gauss || strcmp(kept->method, train_methods[1]) == 0) ||
+        !read_features(object, kept)) {
         return false;
     }
     platt->slope = json_number_value(json_object_get(calibration, "slope"));
-    return platt->slope >= 0.0 &&
-           read_numbers(json_object_get(object, "priors"), kept->classes, &classifier->priors) &&
+    return json_is_number(json_object_get(calibration, "slope")) && platt->slope >= 0.0 &&
+           read_shares(json_object_get(object, "priors"), kept->classes, &classifier->priors) &&
            read_numbers(json_object_get(calibration, "offsets"), kept->classes, &platt->offsets) &&
            read_shares(json_object_get(calibration, "targets"), kept->classes, &platt->targets) &&
-           read_numbers(json_object_get(object, "nearest"), kept->model.pca.n, &kept->nearest) &&
-           (!classifier->gauss || read_gaussians(object, classifier));
-}
-
-/* The template of a part. */
-static const char *template_of(const struct kept *kept, size_t part)
-{
-    const json_t *holder = kept->parts ? json_array_get(kept->parts, part)
-                                       : json_object_get(kept->record, "classifier");
-
-    return json_string_value(json_object_get(json_object_get(holder, "template"), "surface"));
+           read_lengths(json_object_get(object, "nearest"), kept->model.pca.n, &kept->nearest) &&
+           (!classifier->gauss || read_gaussians(object, classifier)) &&
+           classifier->components <= kept->model.pca.components;
 }
 
 static int load_template(struct jobs_run *run, struct kept *kept, size_t part,
@@ -191,7 +196,7 @@ static int load_template(struct jobs_run *run, struct kept *kept, size_t part,
 {
     const struct store_model *stored = &kept->model.stored;
     size_t count = 3 * srnf_coefficient_count((size_t)stored->lmax);
-    const char *id = template_of(kept, part);
+    const char *id = model_template(kept->record, part);
     struct compute_surface surface = {.degree = 0};
     int status = id ? compute_surface_load(run, id, 0.0, &surface, result)
                     : compute_fail_store(result, STORE_CORRUPT, stored->id);
@@ -206,10 +211,42 @@ static int load_template(struct jobs_run *run, struct kept *kept, size_t part,
     return status;
 }
 
-int kept_load(struct jobs_run *run, const char *id, struct kept *kept, struct jobs_result *result)
+/* What the record tells; the arrays are those of kept->model. False where it is no classifier that
+   fits them. */
+static bool read_record(struct kept *kept)
 {
     const struct store_model *stored = &kept->model.stored;
     const json_t *parts;
+
+    kept->record = json_loads(stored->record ? stored->record : "{}", 0, NULL);
+    kept->made = model_made_from(stored);
+    parts = json_object_get(kept->record, "parts");
+    kept->parts = json_array_size(parts) > 0 ? parts : NULL;
+    return stored->arrays[STORE_MODEL_CALIBRATION] && read_classifier(kept) &&
+           registration_read(json_object_get(kept->made, "registration"), &kept->registration);
+}
+
+bool predict_model_fits(const struct store_model *model)
+{
+    struct kept kept = {.model = {.stored = *model}};
+    bool good = strcmp(model_kind(model), "classifier") != 0;
+
+    if (!good) {
+        kept.model.pca = (struct srnf_pca){.n = (size_t)model->subjects,
+                                           .components = (size_t)model->components};
+        good = model_joint(model, &kept.model.joint) && read_record(&kept);
+        for (size_t part = 0; part < kept.model.joint.n_parts; part++) {
+            good = good && model_template(kept.record, part);
+        }
+    }
+    kept.model = (struct compute_model){.pca = {.n = 0}}; /* it was borrowed */
+    kept_clear(&kept);
+    return good;
+}
+
+int kept_load(struct jobs_run *run, const char *id, struct kept *kept, struct jobs_result *result)
+{
+    const struct store_model *stored = &kept->model.stored;
     size_t n_parts;
     int status;
 
@@ -219,12 +256,7 @@ int kept_load(struct jobs_run *run, const char *id, struct kept *kept, struct jo
         return status;
     }
     n_parts = kept->model.joint.n_parts;
-    kept->record = json_loads(stored->record ? stored->record : "{}", 0, NULL);
-    kept->made = model_made_from(stored);
-    parts = json_object_get(kept->record, "parts");
-    kept->parts = json_array_size(parts) > 0 ? parts : NULL;
-    if (!stored->arrays[STORE_MODEL_CALIBRATION] || !read_classifier(kept) ||
-        !registration_read(json_object_get(kept->made, "registration"), &kept->registration)) {
+    if (!read_record(kept)) {
         return compute_fail_store(result, STORE_CORRUPT, id);
     }
     kept->target =

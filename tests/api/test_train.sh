@@ -242,4 +242,52 @@ like "$STATUS" '^20' 'and is deleted'
 get "/v1/models/$MODEL"
 is_problem 404 no-such-model 'it is gone'
 
+# ---- Forged ------------------------------------------------------------------------------------------------
+
+# Ids are hashes that anybody can make: what predict could not use is no classifier, and is refused when it comes.
+token() { "$SRNFD" token add --data "$SCRATCH/owners" --name "$1" 2>/dev/null; }
+ADA=$(token ada)
+BOB=$(token bob)
+start_server "$SCRATCH/owners" || exit 1
+bob() { # PATTERN BY: bob sends the classifier with that changed
+    tests/support/forge_model.py "$SCRATCH/study.zip" "$SCRATCH/forged.zip" replace "$1" "$2" >"$SCRATCH/forged"
+    post /v1/imports --data-binary "@$SCRATCH/forged.zip" -H 'Content-Type: application/zip' -H "Authorization: Bearer $BOB"
+}
+while IFS='#' read -r pattern by what; do
+    bob "$pattern" "$by"
+    is "$STATUS $(json '.refused[0] | "\(.code) \(.file)"')" '422 not-as-described srnfd-study.json' "refused: $what"
+done <<'DAMAGE'
+"nearest":\[[^]]*#"nearest":[#a list of another length
+"nearest":\[[^,]*#"nearest":[-0.5#a distance below 0
+"nearest":\[[^,]*#"nearest":["NaN"#a distance that is a text
+"priors":\[[^]]*#"priors":[-1.0,2.0#shares below 0
+"slope":[^,}]*#"slope":"NaN"#a slope that is a text
+"classes":\["round",#"classes":[#one class
+"groups":\["round"#"groups":["oval"#a member of a class that is none
+"components":[0-9]+#"components":-1#a number of components below 0
+"means":\[\[[^]]*\],#"means":[#means that do not fit
+"method":"srnf-gauss"#"method":"magic"#a method that is none
+"calibration":\{"o#"elsewhere":{"o#no calibration
+"template":\{[^}]*\}#"template":null#no template
+"registration":\{[^}]*\}[^}]*\}#"registration":null#no registration
+DAMAGE
+# A template is a surface: with that of another the sender would learn how far his own are from it.
+post_json /v1/surfaces "$(shape 77 round)" -H "Authorization: Bearer $ADA"
+OTHERS=$(json .id)
+bob "$TEMPLATE" "$OTHERS"
+is "$STATUS $(json '.refused[0].code')" '422 no-such-surface' 'refused: a template that another owner has'
+json '.refused[0].detail' >"$SCRATCH/others"
+bob "$TEMPLATE" "surf-$(printf '%032d' 0)"
+is "$STATUS $(json '.refused[0].code')" '422 no-such-surface' 'refused: one that nobody has'
+is "$(json '.refused[0].detail')" "$(cat "$SCRATCH/others")" 'in the same words'
+get /v1/models -H "Authorization: Bearer $BOB"
+is "$(json '.items | length')" 0 'nothing of it is kept'
+bob '"totalVariance"' '"totalVariance"'
+is "$STATUS $(json .restored.models)" '201 1' 'as it was it is taken'
+post_json /v1/surfaces "$(shape 77 round | jq -c '.coefficients |= (.lmax = 5 | [range(11) | 0] as $no | .x += $no | .y += $no | .z += $no)')" \
+    -H "Authorization: Bearer $BOB"
+FINER=$(json .id)
+bob "$TEMPLATE" "$FINER"
+is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'refused: a template of another degree'
+
 done_testing

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""forge_model.py IN.zip OUT.zip WHAT - the zip of a model with one thing changed, under the id that follows from it.
+"""forge_model.py IN.zip OUT.zip WHAT [PATTERN BY] - the zip of a model with one thing changed, under the id that follows.
 
 WHAT is record (no object), infinite (a number of the mean field), parts (which the numbers do not fit), mean (a surface
-that nobody has) or alone (the model without its surfaces). An id is a hash that anybody can make.
+that nobody has), degree (that of the model), alone (the model without its surfaces) or replace (the first match of a regular
+expression in the record, by another text). An id is a hash that anybody can make.
 """
 
 import hashlib
@@ -16,13 +17,16 @@ import zipfile
 ARRAYS = ["mean_q.npy", "modes.npy", "eigenvalues.npy", "scores.npy", "calibration.npy"]
 
 
-def main(source, target, what):
+def main(source, target, what, pattern="", by=""):
     with zipfile.ZipFile(source) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}
     study = json.loads(files["srnfd-study.json"])
     model = study["models"][0]
     with zipfile.ZipFile(io.BytesIO(files.pop(model["file"]))) as archive:
         arrays = {name: bytearray(archive.read(name)) for name in ARRAYS if name in archive.namelist()}
+    if what == "replace":
+        model["record"], count = re.subn(pattern, by, model["record"], count=1)
+        assert count == 1, "nothing matches " + pattern
     identity = re.sub(r'"job":"job-[0-9a-f-]*",', "", model["record"])
     if what == "record":
         model["record"], identity = "null", ""
@@ -30,6 +34,8 @@ def main(source, target, what):
         arrays["mean_q.npy"][-8:] = struct.pack("<d", float("inf"))
     elif what == "parts":
         model["record"] = identity = '{"parts":[null,null]}'
+    elif what == "degree":
+        model["lmax"] += 1
     elif what == "mean":
         model["mean"] = "surf-" + 32 * "0"
     elif what == "alone":
