@@ -86,6 +86,7 @@ struct mean_subject {
     struct srnf_warp warp;     /* its chain, where that is in memory: see mean_chain_open */
     struct mean_piece *pieces; /* [n_pieces], where it is in scratch */
     size_t n_pieces, capacity;
+    uint64_t points_digest;  /* of its points, where they are in scratch */
     size_t tabulated;        /* its first links, along which points are carried by tables */
     struct mean_tools tools; /* where they are kept */
 };

@@ -10,11 +10,11 @@
  * Layout of the scratch: n times 32 P bytes for the points, then the chains as they come. A chain
  * is in pieces, one of its registration and one of each step: so many doubles at an offset, with a
  * digest (kept.c), for each link its kind, its degree and its values. Points are those of this run
- * alone. Pieces that a checkpoint names are read by a later run, which puts its own behind all that
+ * alone, which keeps their digests in memory. Pieces that a checkpoint names are read by a later run, which puts its own behind all that
  * there is.
  *
  * What comes back from scratch has the bits that were written, so the mean has the same bits with
- * it and without. SRNF_EIO: a piece does not have its digest.
+ * it and without. SRNF_EIO: a piece or points do not have their digest.
  */
 #include "mean.h"
 
@@ -118,6 +118,22 @@ void mean_spill_clear(struct mean_run *run)
 
 /* ---- Points ---------------------------------------------------------------------------------- */
 
+static uint64_t points_digest(const struct mean_run *run, const struct mean_points *points)
+{
+    return stats_hash_doubles(STATS_HASH_START, 4 * run->padded, points->copy);
+}
+
+static int read_points(const struct mean_run *run, size_t i, const struct mean_points *points)
+{
+    const struct srnf_scratch *lent = &run->spill->lent;
+    int status = lent->read(lent->user, i * page_bytes(run), points->copy, page_bytes(run));
+
+    if (status == SRNF_OK && points_digest(run, points) != run->subjects[i].points_digest) {
+        status = SRNF_EIO;
+    }
+    return status;
+}
+
 int mean_points_open(const struct mean_run *run, size_t i, bool filled, struct mean_points *points)
 {
     double *page = i < run->held ? run->held_points + 4 * i * run->padded : NULL;
@@ -130,8 +146,7 @@ int mean_points_open(const struct mean_run *run, size_t i, bool filled, struct m
             return SRNF_ENOMEM;
         }
         if (filled) {
-            status = run->spill->lent.read(run->spill->lent.user, i * page_bytes(run), points->copy,
-                                           page_bytes(run));
+            status = read_points(run, i, points);
         }
     }
     for (size_t c = 0; c < 3; c++) {
@@ -155,6 +170,7 @@ int mean_points_keep(const struct mean_run *run, size_t i, struct mean_points *p
     int status = SRNF_OK;
 
     if (points->copy) {
+        run->subjects[i].points_digest = points_digest(run, points);
         status = run->spill->lent.write(run->spill->lent.user, i * page_bytes(run), points->copy,
                                         page_bytes(run));
     }

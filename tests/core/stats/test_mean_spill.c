@@ -20,6 +20,7 @@
 struct world {
     unsigned char *bytes; /* [SCRATCH_BYTES] */
     size_t end, most;     /* first byte beyond what was written; first beyond what may be */
+    bool spoils;          /* a bit of points changes before they are read */
     atomic_size_t written, read;
     pthread_mutex_t mutex; /* end, parts */
     unsigned char *checkpoint[ITERATIONS];
@@ -53,6 +54,9 @@ static int on_read(void *user, uint64_t offset, void *bytes, size_t size)
         return SRNF_EIO;
     }
     memcpy(bytes, w->bytes + offset, size);
+    if (w->spoils && size >= PAGE) {
+        ((unsigned char *)bytes)[size / 2] ^= 1;
+    }
     atomic_fetch_add(&w->read, size);
     return SRNF_OK;
 }
@@ -300,6 +304,28 @@ static void refuses_scratch_that_is_not_what_it_was(void **state)
     close_world(&w);
 }
 
+/* Points of garbage could give a wrong mean in silence, or a search that does not end. */
+static void points_that_changed_are_an_error(void **state)
+{
+    (void)state;
+    for (size_t kind = 0; kind < 2; kind++) {
+        struct setting s;
+        struct world w;
+        struct srnf_mean mean;
+        struct srnf_error error;
+
+        open_world(&w);
+        w.spoils = true;
+        open_setting(&s, kind, &w);
+        lend(&s, 1);
+        assert_int_equal(
+            srnf_karcher_mean(s.g.sht, N, s.g.surfaces, &s.options, NULL, &mean, &error), SRNF_EIO);
+        assert_null(mean.mean_q);
+        group_close(&s.g);
+        close_world(&w);
+    }
+}
+
 static void full_scratch_is_an_error(void **state)
 {
     struct setting s;
@@ -329,6 +355,7 @@ int main(void)
         cmocka_unit_test(goes_on_from_any_iteration),
         cmocka_unit_test(goes_on_from_any_registration),
         cmocka_unit_test(refuses_scratch_that_is_not_what_it_was),
+        cmocka_unit_test(points_that_changed_are_an_error),
         cmocka_unit_test(full_scratch_is_an_error),
     };
 
