@@ -6,8 +6,9 @@
  * A job writes and reads its own file at offsets of its own choice, from all its threads. The file
  * goes with the end of the job, after the transaction that ends it (job_state.c). Those of jobs
  * that a crash has left waiting are there for their next attempt; those of jobs that have ended are
- * swept at each start. Nothing is synced, and a backup does without: what a power failure leaves
- * unfinished has not the digests that its user knows, and is computed again.
+ * swept at each start. The folder may be a link to another disk. Nothing is synced, and a backup
+ * does without: what a power failure leaves unfinished has not the digests that its user knows, and
+ * is computed again.
  *
  * A file that grows leaves LEAST free on the disk, or LEAST_PART of a small one, for what others
  * write: uploads and results go on where a large job fails. It is looked at each LOOK_BYTES.
@@ -49,7 +50,7 @@ static int open_folder(const struct store *store, bool make)
 
     if (base >= 0) {
         fd = make ? store_open_folder(base, FOLDER)
-                  : openat(base, FOLDER, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
+                  : openat(base, FOLDER, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
         error = errno;
         close(base);
     }
@@ -231,9 +232,10 @@ static void walk(const struct store *store,
     closedir(folder);
 }
 
+/* Others than of jobs stay: the folder may be a link to a disk that has more. */
 static void sweep_one(void *user, int folder_fd, const char *name)
 {
-    if (strlen(name) >= STORE_ID_MAX || !is_wanted(user, name)) {
+    if (strncmp(name, "job-", 4) == 0 && (strlen(name) >= STORE_ID_MAX || !is_wanted(user, name))) {
         (void)unlinkat(folder_fd, name, 0);
     }
 }

@@ -11,6 +11,7 @@
 #include <pthread.h>
 
 #include "server/store/fixture.h"
+#include "store/internal.h"
 #include "store/scratch.h"
 
 #define SIZE ((size_t)5000)
@@ -156,6 +157,32 @@ static void goes_with_the_end_of_its_job(void **state)
     store_job_clear(&job);
 }
 
+/* An operator may link the folder to another disk, where other files may lie. */
+static void goes_from_a_linked_folder(void **state)
+{
+    struct fixture *fixture = *state;
+    char link[SCRATCH_MAX + 80], elsewhere[SCRATCH_MAX + 80], other[SCRATCH_MAX + 100];
+    FILE *file;
+
+    (void)snprintf(link, sizeof link, "%s/scratch", fixture->path);
+    (void)snprintf(elsewhere, sizeof elsewhere, "%s/elsewhere", fixture->path);
+    (void)snprintf(other, sizeof other, "%s/notes", elsewhere);
+    (void)rmdir(link);
+    assert_int_equal(mkdir(elsewhere, 0700), 0);
+    assert_int_equal(symlink("elsewhere", link), 0);
+    file = fopen(other, "w");
+    assert_non_null(file);
+    assert_int_equal(fclose(file), 0);
+    write_some(fixture, "job-a");
+    write_some(fixture, "job-b");
+    store_scratch_remove(fixture->store, "job-a");
+    assert_false(is_there(fixture, "job-a"));
+    fixture_reopen(fixture);
+    assert_int_equal(store_scratch_sweep(fixture->store), STORE_OK);
+    assert_false(is_there(fixture, "job-b"));
+    assert_int_equal(access(other, F_OK), 0);
+}
+
 static void is_swept_at_a_start(void **state)
 {
     struct fixture *fixture = *state;
@@ -182,6 +209,7 @@ int main(void)
                                         fixture_teardown),
         cmocka_unit_test_setup_teardown(goes_with_the_end_of_its_job, fixture_setup,
                                         fixture_teardown),
+        cmocka_unit_test_setup_teardown(goes_from_a_linked_folder, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(is_swept_at_a_start, fixture_setup, fixture_teardown),
     };
 
