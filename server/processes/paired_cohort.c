@@ -101,6 +101,13 @@ static const json_t *replicate_of(const struct pairing *p, size_t i)
     return json_object_get(all, "replicate");
 }
 
+/* 1 and 1.0 are the same, though not the same JSON. */
+static bool same_replicate(const json_t *a, const json_t *b)
+{
+    return json_is_number(a) && json_is_number(b) ? json_number_value(a) == json_number_value(b)
+                                                  : json_equal(a, b);
+}
+
 /* Member i beside the measurements of its side so far, by id; false with the problem noted. */
 static bool add_measurement(struct pairing *p, size_t *place, size_t i, const char *name)
 {
@@ -118,7 +125,7 @@ static bool add_measurement(struct pairing *p, size_t *place, size_t i, const ch
                                     : "");
             return false;
         }
-        if (json_equal(own, other)) {
+        if (same_replicate(own, other)) {
             problem_add(p->given->list, POINTER,
                         "members %zu and %zu are the same replicate of %s of subject \"%.60s\"", m,
                         i, name, text_of(p, i, "subject"));

@@ -263,6 +263,12 @@ cohort sides .sides
 run asymmetry sides
 is "$(json 'has("replicates") and .replicates == null')" true 'one of each tells nothing of it'
 refused asymmetry '.apart | .[1].covariates.replicate = 1' 'members 0 and 1 are the same replicate of the left side of subject "s0"'
+# jq writes 1.0 as 1, and a cohort keeps which of the two it was given.
+jq -c '{name: "wrong", members: .apart} | .members[1].covariates.replicate = "real"' "$SCRATCH/members.json" >"$SCRATCH/cohort.json"
+curl -sS -X DELETE "$URL/v1/cohorts/wrong" -o "$SCRATCH/ignored"
+post_json /v1/cohorts "$(sed 's/"real"/1.0/' "$SCRATCH/cohort.json")"
+run asymmetry wrong
+like "$STATUS $(json .detail)" '^422 .*members 0 and 1 are the same replicate' '1.0 is the replicate 1'
 refused asymmetry 'del(.apart[1].covariates.replicate) | .apart' 'two members of the left side, 0 and 1: take one of them, or number'
 
 stop_server || not_ok 'the server ends well'
