@@ -10,7 +10,8 @@
  * Layout of the scratch: n times 32 P bytes for the points, then the chains as they come. A chain
  * is in pieces, one of its registration and one of each step: so many doubles at an offset, with a
  * digest (kept.c), for each link its kind, its degree and its values. Points are those of this run
- * alone, which keeps their digests in memory. Pieces that a checkpoint names are read by a later run, which puts its own behind all that
+ * alone, which keeps their digests in memory. Pieces that a checkpoint names are read by a later
+ * run, which puts its own behind all that
  * there is.
  *
  * What comes back from scratch has the bits that were written, so the mean has the same bits with

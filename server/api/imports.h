@@ -52,10 +52,9 @@ struct import {
     struct study_table table;
     char *table_path; /* NULL: there is no table */
     json_t *labels;   /* how many members have each, the first IMPORT_LABELS_SHOWN; NULL: none */
-    /* Of an export: its manifest, its files by their paths, the degrees of its surfaces by
-       their ids (all must come), the ids that came, and of the next mesh its id, format, name and source; NULL
-       otherwise. How many surfaces, models and jobs came
-       with it. */
+    /* Of an export: its manifest, its files by their paths, the degrees of its surfaces by their
+       ids (all must come), the ids that came, and of the next mesh its id, format, name and source;
+       NULL otherwise. How many surfaces, models and jobs came with it. */
     json_t *manifest, *by_path, *surfaces, *seen;
     const char *id, *format, *name, *source;
     bool volume;  /* the next one is a volume */
