@@ -82,6 +82,7 @@ static void commit(struct import *import, struct cohort_text *members)
 {
     struct store_cohort cohort = {.view = call_view(import->call),
                                   .bytes_max = call_owner(import->call).bytes_max};
+    const struct api_caller *caller = &import->call->request->caller;
     bool created = false, named = import->cohort[0] != '\0';
     size_t missing = 0, failed = 0;
     int status = STORE_OK;
@@ -94,7 +95,8 @@ static void commit(struct import *import, struct cohort_text *members)
                      : STORE_NOMEM;
     }
     if (status == STORE_OK) {
-        status = store_batch_commit(import->batch, &failed);
+        status =
+            store_batch_commit(import->batch, caller->restricted ? caller->name : NULL, &failed);
     }
     if (status == STORE_OK) {
         keep_prepared(import);

@@ -23,6 +23,7 @@ struct store_batch {
     struct entry *items;
     size_t count, capacity;
     size_t failed;
+    const char *owner; /* store_batch_commit */
 };
 
 struct store_batch *store_batch_create(struct store *store)
@@ -117,6 +118,18 @@ void store_batch_drop(struct store_batch *batch, size_t index)
     clear_item(batch, index);
 }
 
+/* What the owner's things need of others, who may delete it. Content and jobs are told apart by
+   their ids: a job that has gone may be needed still (0012_needs.sql). */
+static int drop_foreign(sqlite3 *db, const char *owner)
+{
+    return store_execute(
+        db, NULL,
+        "DELETE FROM need WHERE owner = ?1 AND CASE WHEN id GLOB 'job-*' "
+        "THEN EXISTS (SELECT 1 FROM job WHERE job.id = need.id AND job.owner <> ?1) "
+        "ELSE NOT EXISTS (SELECT 1 FROM owned WHERE owned.owner = ?1 AND owned.id = need.id) END",
+        "t", owner);
+}
+
 static int run_batch(struct store *store, sqlite3 *db, struct store_write *write)
 {
     struct store_batch *batch = write->argument;
@@ -132,12 +145,15 @@ static int run_batch(struct store *store, sqlite3 *db, struct store_write *write
             status = item->run(store, db, &one);
         }
     }
-    return status;
+    return status == STORE_OK && batch->owner ? drop_foreign(db, batch->owner) : status;
 }
 
-int store_batch_commit(struct store_batch *batch, size_t *failed)
+int store_batch_commit(struct store_batch *batch, const char *owner, size_t *failed)
 {
-    int status = store_write(batch->store, run_batch, batch);
+    int status;
+
+    batch->owner = owner;
+    status = store_write(batch->store, run_batch, batch);
 
     *failed = batch->failed;
     return status;

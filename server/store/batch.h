@@ -63,7 +63,8 @@ void store_batch_drop(struct store_batch *batch, size_t index);
 
 /* Stores all, each after what it may rest on, in one transaction. On failure nothing is
    stored, and *failed is the number of the put that could not be done: its status is returned, as
-   of the function that stores one alone. */
-int store_batch_commit(struct store_batch *batch, size_t *failed);
+   of the function that stores one alone. owner: what was stored may say that it was made of things
+   that only others have, and does not hold these; NULL: of whatever it says. */
+int store_batch_commit(struct store_batch *batch, const char *owner, size_t *failed);
 
 #endif

@@ -187,8 +187,8 @@ static void note_mixed(struct design_build *build, const struct design_factor *f
     }
 }
 
-/* Notes levels that differ in case or white space alone, that say that nothing is known, and numbers
-   with their unit behind, which are texts. seen: the levels. */
+/* Notes levels that differ in case or white space alone, that say that nothing is known, and
+   numbers with their unit behind, which are texts. seen: the levels. */
 static void note_texts(struct design_build *build, const struct design_factor *factor, json_t *seen)
 {
     const char *name = factor->source->name, *key, *unit;

@@ -284,6 +284,10 @@ get /v1/models -H "Authorization: Bearer $BOB"
 is "$(json '.items | length')" 0 'nothing of it is kept'
 bob '"totalVariance"' '"totalVariance"'
 is "$STATUS $(json .restored.models)" '201 1' 'as it was it is taken'
+bob '("surfaces": *\[ *")[^"]*' "\\g<1>$OTHERS"
+is "$STATUS $(json .restored.models)" '201 1' 'a model that says it was made of what another has'
+request DELETE "/v1/surfaces/$OTHERS" -H "Authorization: Bearer $ADA"
+is "$STATUS" 204 'does not keep it from going'
 post_json /v1/surfaces "$(shape 77 round | jq -c '.coefficients |= (.lmax = 5 | [range(11) | 0] as $no | .x += $no | .y += $no | .z += $no)')" \
     -H "Authorization: Bearer $BOB"
 FINER=$(json .id)
