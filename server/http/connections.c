@@ -77,6 +77,7 @@ static void connection_closed(struct http *http, struct connection *connection)
     shares_drop(http, connection->owner);
     (void)pthread_mutex_unlock(&http->mutex);
     metrics_add(http->config.metrics, METRIC_HTTP_CONNECTIONS, METRIC_LABELS("serving"), -1);
+    kept_drop(connection);
     free(connection->target);
     free(connection->spare);
     free(connection);

@@ -86,6 +86,45 @@ static void replace_response(struct exchange *exchange, const char *code, const 
     add_fields(exchange);
 }
 
+static bool add_headers(struct MHD_Response *mhd, const struct api_response *response)
+{
+    for (size_t i = 0; i < response->n_headers; i++) {
+        if (MHD_add_response_header(mhd, response->headers[i].name, response->headers[i].value) !=
+            MHD_YES) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* The same of a response whose body is bytes. */
+static struct MHD_Response *make_of_bytes(struct exchange *exchange)
+{
+    struct api_response *response = &exchange->response;
+    struct MHD_Response *mhd = kept_again(exchange);
+    unsigned char *bytes = response->body;
+    union {
+        const void *constant;
+        void *pointer;
+    } body = {response->static_body ? response->static_body : bytes};
+
+    if (mhd) {
+        return mhd;
+    }
+    mhd = MHD_create_response_from_buffer(response->body_size, body.pointer,
+                                          response->static_body ? MHD_RESPMEM_PERSISTENT
+                                                                : MHD_RESPMEM_MUST_FREE);
+    response->body = mhd ? NULL : bytes;
+    if (mhd && !add_headers(mhd, response)) {
+        MHD_destroy_response(mhd);
+        return NULL;
+    }
+    if (mhd) {
+        kept_keep(exchange, mhd, bytes);
+    }
+    return mhd;
+}
+
 /* The library's form of the response, with its fields; NULL where there is no memory for it. */
 static struct MHD_Response *make_response(struct exchange *exchange)
 {
@@ -100,28 +139,20 @@ static struct MHD_Response *make_response(struct exchange *exchange)
                          full ? "Too many streams of events are open; try again later."
                               : "There is not enough memory for the stream.");
     }
-    if (!mhd && response->body_file) {
+    if (!mhd) {
         exchange->sent = response->body_size;
+    }
+    if (!mhd && !response->body_file) {
+        return make_of_bytes(exchange);
+    }
+    if (!mhd) {
         mhd = MHD_create_response_from_fd_at_offset64(response->body_size, response->body_file - 1,
                                                       response->body_offset);
         response->body_file = mhd ? 0 : response->body_file; /* the library closes it */
-    } else if (!mhd) {
-        exchange->sent = response->body_size;
-        union {
-            const void *constant;
-            void *pointer;
-        } body = {response->static_body ? response->static_body : response->body};
-        mhd = MHD_create_response_from_buffer(response->body_size, body.pointer,
-                                              response->static_body ? MHD_RESPMEM_PERSISTENT
-                                                                    : MHD_RESPMEM_MUST_FREE);
-        response->body = mhd ? NULL : response->body;
     }
-    for (size_t i = 0; mhd && i < response->n_headers; i++) {
-        if (MHD_add_response_header(mhd, response->headers[i].name, response->headers[i].value) !=
-            MHD_YES) {
-            MHD_destroy_response(mhd);
-            mhd = NULL;
-        }
+    if (mhd && !add_headers(mhd, response)) {
+        MHD_destroy_response(mhd);
+        mhd = NULL;
     }
     return mhd;
 }
@@ -154,7 +185,9 @@ static enum MHD_Result send_response(struct exchange *exchange)
     connection_deadline(exchange->connection, now + http->config.transfer_seconds, false);
     atomic_store_explicit(&exchange->connection->sends, !exchange->streams, memory_order_relaxed);
     result = MHD_queue_response(exchange->mhd, (unsigned)response->status, mhd);
-    MHD_destroy_response(mhd);
+    if (!kept_has(exchange->connection, mhd)) {
+        MHD_destroy_response(mhd);
+    }
     return result;
 }
 

@@ -67,6 +67,7 @@ struct connection {
     size_t target_size;     /* bytes that target has room for */
     struct frame frame;     /* of all that came on it (tap.c); the same thread's */
     struct exchange *spare; /* of the request before, to be used again; the same thread's */
+    struct kept *kept;      /* its response; NULL or, without one, empty (kept.c) */
     /* What its last request was counted as, and where: most clients ask the same again. */
     struct {
         const char *route, *method; /* static */
@@ -298,6 +299,18 @@ enum MHD_Result exchange_step(void *cls, struct MHD_Connection *mhd, const char 
                               size_t *data_size, void **state);
 void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
                         enum MHD_RequestTerminationCode code);
+
+/* ---- kept.c ---------------------------------------------------------------------------------- */
+
+/* The response that the connection gave last, made the exchange's, whose body is used up; NULL where
+   it is not alike. */
+struct MHD_Response *kept_again(struct exchange *exchange);
+/* Keeps a response that was just made, or lets go of the one before only. body: that of the
+   exchange's response, which now is the library's; NULL: it is static. */
+void kept_keep(struct exchange *exchange, struct MHD_Response *mhd, unsigned char *body);
+/* Whether the response is the connection's, which then is to give it back. */
+bool kept_has(const struct connection *connection, const struct MHD_Response *mhd);
+void kept_drop(struct connection *connection);
 
 /* ---- access_log.c ---------------------------------------------------------------------------- */
 
