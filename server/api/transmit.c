@@ -97,16 +97,20 @@ static int read_range(const char *text, size_t size, size_t *first, size_t *last
 static bool take_range(struct api_call *call)
 {
     struct api_response *response = call->response;
-    const char *range = api_request_header(call->request, "Range");
-    const char *condition = api_request_header(call->request, "If-Range");
-    const char *tag = header_value(response, "ETag");
+    const char *range, *condition, *tag;
     size_t size = response->body_size, first, last;
     int found;
 
-    if ((!response->body && !response->body_file) || size < RANGES_FROM || !tag[0]) {
+    if ((!response->body && !response->body_file) || size < RANGES_FROM) {
+        return false;
+    }
+    tag = header_value(response, "ETag");
+    if (!tag[0]) {
         return false;
     }
     (void)api_response_header_text(response, "Accept-Ranges", "bytes");
+    range = api_request_header(call->request, "Range");
+    condition = api_request_header(call->request, "If-Range");
     if (!range || strcmp(call->request->method, "GET") != 0 ||
         (condition && strcmp(condition, tag) != 0)) {
         return false;
@@ -249,8 +253,8 @@ static void set_weak(struct api_response *response)
 
 static void take_packed(struct api_call *call)
 {
-    double gzip = quality_of(call->request, "gzip"), zstd = quality_of(call->request, "zstd");
     struct api_response *response = call->response;
+    double gzip, zstd;
     const unsigned char *bytes = response->static_body ? response->static_body : response->body;
     unsigned char *packed;
     size_t size = 0;
@@ -261,6 +265,8 @@ static void take_packed(struct api_call *call)
         return;
     }
     (void)api_response_header_text(response, "Vary", "Accept-Encoding");
+    gzip = quality_of(call->request, "gzip");
+    zstd = quality_of(call->request, "zstd");
     packed = gzip > 0 || zstd > 0 ? pack(bytes, response->body_size, zstd >= gzip, &size) : NULL;
     if (!packed) {
         return;

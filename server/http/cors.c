@@ -55,13 +55,14 @@ static const char *answered(const struct api_response *response, const char *nam
 
 void cors_headers(struct exchange *exchange)
 {
-    const char *origin = api_request_header(&exchange->request, "Origin");
     struct api_response *response = &exchange->response;
-    const char *methods = answered(response, "Allow");
+    const char *origin, *methods;
 
     if (!exchange->http->config.cors_origins || !exchange->http->config.cors_origins[0]) {
         return;
     }
+    origin = api_request_header(&exchange->request, "Origin");
+    methods = answered(response, "Allow");
     (void)api_response_header_text(response, "Vary", "Origin");
     if (!cors_allows(exchange->http, origin)) {
         return;
