@@ -19,6 +19,7 @@
 #include "log.h"
 
 #include "digits.h"
+#include "text.h"
 
 #include <errno.h>
 #include <math.h>
@@ -57,19 +58,37 @@ static bool is_plain(unsigned char c)
     return c >= 0x20 && c <= 0x7e && c != '"' && c != '\\';
 }
 
+/* How many bytes at the beginning stand for themselves. */
+static size_t plain_length(const char *text, size_t size)
+{
+    size_t n = 0;
+
+    while (n + 8 <= size) {
+        uint64_t bytes = text_eight(text + n);
+
+        if (text_any_below(bytes, 0x20) | (bytes & TEXT_EACH(0x80)) | text_any_is(bytes, 0x7f) |
+            text_any_is(bytes, '"') | text_any_is(bytes, '\\')) {
+            break;
+        }
+        n += 8;
+    }
+    while (n < size && is_plain((unsigned char)text[n])) {
+        n++;
+    }
+    return n;
+}
+
 /* Appends a JSON string. Bytes outside printable ASCII are escaped one by one: paths may hold
    anything. */
 static int put_string(struct line *line, const char *text)
 {
+    const char *end = text + strlen(text);
     int fits = put(line, "\"", 1);
 
-    while (*text && fits) {
-        size_t plain = 0;
+    while (text < end && fits) {
+        size_t plain = plain_length(text, (size_t)(end - text));
         char escape[8];
 
-        while (is_plain((unsigned char)text[plain])) {
-            plain++;
-        }
         fits = put(line, text, plain);
         text += plain;
         if (fits && *text) {

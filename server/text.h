@@ -4,6 +4,33 @@
 #ifndef SRNFD_TEXT_H
 #define SRNFD_TEXT_H
 
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#define TEXT_EACH(byte) (UINT64_C(0x0101010101010101) * (byte)) /* eight of the byte */
+
+/* A bit set where one of the eight bytes is below least, which is at most 128, and none where none
+   is. */
+static inline uint64_t text_any_below(uint64_t bytes, unsigned char least)
+{
+    return (bytes - TEXT_EACH(least)) & ~bytes & TEXT_EACH(0x80);
+}
+
+/* The same where one is that byte. */
+static inline uint64_t text_any_is(uint64_t bytes, unsigned char byte)
+{
+    return text_any_below(bytes ^ TEXT_EACH(byte), 1);
+}
+
+static inline uint64_t text_eight(const char *text)
+{
+    uint64_t bytes;
+
+    memcpy(&bytes, text, sizeof bytes);
+    return bytes;
+}
+
 /* Takes away what is left of a character at the end of a text that was cut. Other bytes that are no
    UTF-8 stay. */
 void text_trim_cut(char *text);
