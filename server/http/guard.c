@@ -15,11 +15,43 @@
 
 #define AUTHORITY_MAX 300 /* bytes of a name of the DNS, and a port */
 
+/* The fields that are judged here. */
+enum field {
+    FIELD_AUTHORIZATION,
+    FIELD_CONTENT_TYPE,
+    FIELD_IDEMPOTENCY_KEY,
+    FIELD_IF_RANGE,
+    FIELD_LEASE_SECRET,
+    FIELD_RANGE,
+    FIELDS_ONCE, /* those before may come once */
+    FIELD_CONTENT_LENGTH = FIELDS_ONCE,
+    FIELD_HOST,
+    FIELD_ORIGIN,
+    FIELD_TRACEPARENT,
+    FIELD_TRANSFER_ENCODING,
+    FIELD_X_REQUEST_ID,
+    FIELDS,
+};
+
+static const char *const names[FIELDS] = {
+    "Authorization", "Content-Type", "Idempotency-Key",   "If-Range",
+    "Lease-Secret",  "Range",        "Content-Length",    "Host",
+    "Origin",        "traceparent",  "Transfer-Encoding", "X-Request-Id"};
+
+/* How often each of them comes, and its last value. */
+struct found {
+    struct exchange *exchange;
+    size_t count[FIELDS];
+    const char *value[FIELDS];
+};
+
 static enum MHD_Result take_header(void *cls, enum MHD_ValueKind kind, const char *name,
                                    size_t name_length, const char *value, size_t value_length)
 {
-    struct exchange *exchange = cls;
+    struct found *found = cls;
+    struct exchange *exchange = found->exchange;
     struct api_request *request = &exchange->request;
+    struct api_header *header = &exchange->headers[request->n_headers];
 
     (void)kind;
     (void)name_length;
@@ -27,60 +59,48 @@ static enum MHD_Result take_header(void *cls, enum MHD_ValueKind kind, const cha
     if (request->n_headers == HTTP_HEADERS_MAX) {
         return MHD_NO; /* head.c lets no more of them pass */
     }
-    exchange->headers[request->n_headers].name = name;
-    exchange->headers[request->n_headers].value = value ? value : "";
+    *header = (struct api_header){name, value ? value : ""};
     request->n_headers++;
-    return MHD_YES;
-}
-
-static size_t count_headers(const struct exchange *exchange, const char *name, const char **value)
-{
-    size_t count = 0;
-
-    for (size_t i = 0; i < exchange->request.n_headers; i++) {
-        if (api_header_is(&exchange->headers[i], name)) {
-            *value = exchange->headers[i].value;
-            count++;
+    for (size_t i = 0; i < FIELDS; i++) {
+        if (api_header_is(header, names[i])) {
+            found->value[i] = header->value;
+            found->count[i]++;
+            break;
         }
     }
-    return count;
+    return MHD_YES;
 }
 
 /* A field that can mean one thing only comes once: nobody knows which of two was meant, and a
    proxy in front may have judged the other one. Lists may come in parts (RFC 9110, 5.3). NULL: all
    is well. */
-static const char *check_repeats(const struct exchange *exchange)
+static const char *check_repeats(const struct found *found)
 {
-    static const struct {
-        const char *name, *detail;
-    } once[] = {
-        {"Authorization", "A request has at most one Authorization field."},
-        {"Content-Type", "A request has at most one Content-Type field."},
-        {"Idempotency-Key", "A request has at most one Idempotency-Key field."},
-        {"If-Range", "A request has at most one If-Range field."},
-        {"Lease-Secret", "A request has at most one Lease-Secret field."},
-        {"Range", "A request has at most one Range field."},
+    static const char *const details[FIELDS_ONCE] = {
+        "A request has at most one Authorization field.",
+        "A request has at most one Content-Type field.",
+        "A request has at most one Idempotency-Key field.",
+        "A request has at most one If-Range field.",
+        "A request has at most one Lease-Secret field.",
+        "A request has at most one Range field.",
     };
-    const char *value;
 
-    for (size_t i = 0; i < sizeof once / sizeof once[0]; i++) {
-        if (count_headers(exchange, once[i].name, &value) > 1) {
-            return once[i].detail;
+    for (size_t i = 0; i < FIELDS_ONCE; i++) {
+        if (found->count[i] > 1) {
+            return details[i];
         }
     }
     return NULL;
 }
 
 /* How long the body is: head.c has seen to it that there is one answer. */
-static void measure_body(struct exchange *exchange)
+static void measure_body(struct exchange *exchange, const struct found *found)
 {
-    const char *length = NULL, *coding = NULL;
-
     exchange->content_length = 0;
-    if (count_headers(exchange, "Transfer-Encoding", &coding) > 0) {
+    if (found->count[FIELD_TRANSFER_ENCODING] > 0) {
         exchange->content_length = -1;
-    } else if (count_headers(exchange, "Content-Length", &length) > 0) {
-        exchange->content_length = strtoll(length, NULL, 10);
+    } else if (found->count[FIELD_CONTENT_LENGTH] > 0) {
+        exchange->content_length = strtoll(found->value[FIELD_CONTENT_LENGTH], NULL, 10);
     }
 }
 
@@ -121,7 +141,7 @@ static const char *take_authority(const char *target, const char **host, char te
 /* Decodes the target's path into exchange->path and sets the query. */
 static const char *check_target(struct exchange *exchange)
 {
-    const char *target = exchange->connection->target;
+    const char *target = exchange->connection->target, *escape;
     size_t length = scheme_length(target), n = 0;
 
     if (length > 0) {
@@ -135,7 +155,10 @@ static const char *check_target(struct exchange *exchange)
     if (!exchange->path) {
         return no_memory;
     }
-    for (size_t i = 0; i < length; i++) {
+    escape = memchr(target, '%', length);
+    n = escape ? (size_t)(escape - target) : length;
+    memcpy(exchange->path, target, n);
+    for (size_t i = n; i < length; i++) {
         int c = (unsigned char)target[i];
 
         if (c == '%') {
@@ -157,14 +180,14 @@ static const char *check_target(struct exchange *exchange)
 }
 
 /* The client's X-Request-Id where it is harmless in headers and logs, otherwise one of ours. */
-static void choose_id(struct exchange *exchange)
+static void choose_id(struct exchange *exchange, const struct found *found)
 {
     static const char allowed[] =
         "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ._-";
-    const char *given = NULL;
+    const char *given = found->value[FIELD_X_REQUEST_ID];
     char *id = exchange->request.id;
 
-    if (count_headers(exchange, "X-Request-Id", &given) == 1 && given[0] &&
+    if (found->count[FIELD_X_REQUEST_ID] == 1 && given[0] &&
         strlen(given) < sizeof exchange->request.id && strspn(given, allowed) == strlen(given)) {
         (void)snprintf(id, sizeof exchange->request.id, "%s", given);
         return;
@@ -172,26 +195,17 @@ static void choose_id(struct exchange *exchange)
     request_id_make(exchange->http, id);
 }
 
-/* Whether the request is part of a trace. */
-static void choose_trace(struct exchange *exchange)
-{
-    const char *given = NULL;
-
-    if (count_headers(exchange, "traceparent", &given) == 1) {
-        trace_continue(given, exchange->request.trace);
-    }
-}
-
 /* Pages of foreign sites in a browser beside the service are kept out (origin.c). */
-static const char *check_origin(struct exchange *exchange, const char *host)
+static const char *check_origin(const struct exchange *exchange, const struct found *found,
+                                const char *host)
 {
     const struct http *http = exchange->http;
-    const char *origin = NULL;
+    const char *origin = found->value[FIELD_ORIGIN];
 
     if (!http->config.local_only && !http->config.open) {
         return NULL;
     }
-    if (count_headers(exchange, "Origin", &origin) > 1) {
+    if (found->count[FIELD_ORIGIN] > 1) {
         return "A request has at most one Origin field.";
     }
     return origin_check(http->address, http->config.allowed_hosts, http->config.local_only,
@@ -201,35 +215,37 @@ static const char *check_origin(struct exchange *exchange, const char *host)
 const char *guard_check(struct exchange *exchange, const char *version, int *status,
                         const char **code)
 {
+    struct found found = {.exchange = exchange};
     const char *detail = NULL, *host = NULL;
     char authority[AUTHORITY_MAX];
-    size_t hosts;
 
     *status = 400;
     *code = "malformed-request";
     exchange->close = true;
-    (void)MHD_get_connection_values_n(exchange->mhd, MHD_HEADER_KIND, take_header, exchange);
+    (void)MHD_get_connection_values_n(exchange->mhd, MHD_HEADER_KIND, take_header, &found);
     exchange->request.headers = exchange->headers;
-    choose_id(exchange);
-    choose_trace(exchange);
+    choose_id(exchange, &found);
+    if (found.count[FIELD_TRACEPARENT] == 1) {
+        trace_continue(found.value[FIELD_TRACEPARENT], exchange->request.trace);
+    }
     if (!tap_saw(exchange->connection)) {
         *status = 500;
         *code = "internal-error";
         return "The HTTP library reads requests that were not looked at before.";
     }
-    measure_body(exchange);
-    hosts = count_headers(exchange, "Host", &host);
-    if (hosts > 1 || (hosts == 0 && strcmp(version, "HTTP/1.1") == 0)) {
+    measure_body(exchange, &found);
+    host = found.value[FIELD_HOST];
+    if (found.count[FIELD_HOST] > 1 || (!host && strcmp(version, "HTTP/1.1") == 0)) {
         return "A request has exactly one Host field.";
     }
-    detail = check_repeats(exchange);
+    detail = check_repeats(&found);
     if (!detail) {
         detail = take_authority(exchange->connection->target, &host, authority);
     }
     if (detail) {
         return detail;
     }
-    detail = check_origin(exchange, host);
+    detail = check_origin(exchange, &found, host);
     if (detail) {
         *status = 403;
         *code = "forbidden";
