@@ -46,9 +46,11 @@ static bool is_alike(const struct kept *kept, const struct api_response *respons
     }
     for (size_t i = 0; i < kept->n_fields; i++) {
         const char *value = response->headers[i].value;
+        size_t length = kept->fields[i].length;
 
-        if (kept->fields[i].name != response->headers[i].name ||
-            strlen(value) != kept->fields[i].length || value[strcspn(value, "\r\n\t")]) {
+        if (kept->fields[i].name != response->headers[i].name || strlen(value) != length ||
+            (memcmp(value, kept->fields[i].value, length) != 0 &&
+             value[strcspn(value, "\r\n\t")])) {
             return false;
         }
     }

@@ -67,15 +67,15 @@ uint64_t store_recent_age(struct store_recent *recent)
     return atomic_load(&recent->age);
 }
 
-/* FNV-1a. */
+/* By the last bytes, which are random in the ids of jobs. */
 static struct slot *slot_of(struct store_recent *recent, const char *id)
 {
-    uint32_t hash = 2166136261u;
+    size_t length = strlen(id);
+    uint64_t end = 0;
 
-    for (; *id; id++) {
-        hash = (hash ^ (unsigned char)*id) * 16777619u;
-    }
-    return &recent->slots[(hash ^ (hash >> 16)) % SLOTS];
+    memcpy(&end, length < sizeof end ? id : id + length - sizeof end,
+           length < sizeof end ? length : sizeof end);
+    return &recent->slots[end * UINT64_C(0x9e3779b97f4a7c15) >> 32 & (SLOTS - 1)];
 }
 
 void store_recent_keep(struct store_recent *recent, uint64_t age, const char *id,
