@@ -22,7 +22,8 @@ static const struct process_input inputs[] = {
      GROUP_MIXED_ROUTES_TEXT, .fallback = 0},
     {"formula", INPUT_OWN, offsetof(struct regress, design),
      "shape ~ terms, in the notation of R and patsy: a + b, a:b, a * b, a / b, (a + b)^2, - a; "
-     "log(a) (log2, log10, log1p, exp, sqrt), I(a^2), C(a), C(a, Treatment(\"level\")), "
+     "log(a) (log2, log10, log1p, exp, sqrt), I(a^2), center(a), scale(a), standardize(a), C(a), "
+     "C(a, Treatment(\"level\")), "
      "Q(\"a name\"). Names are covariates of the members, or else label, group (the label), "
      "time and side. Texts, true and false are categorical, against their first level.",
      .required = true, .own = &regress_formula},

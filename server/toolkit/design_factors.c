@@ -15,6 +15,7 @@
 
 #define NAMES_SHOWN 240
 #define MIXED_TEXT 240
+#define LEVELS_SHOWN 400
 #define POINTER "/inputs/formula"
 
 /* What a name means for a member: a covariate, its label, time or side; NULL or null: nothing. */
@@ -107,39 +108,49 @@ static bool looks_like_number(const char *text)
 
 /* ---- Numbers --------------------------------------------------------------------------------- */
 
-static bool read_number(const struct design_build *build, struct design_factor *factor, size_t i)
+/* A covariate of a member and what the functions make of it. */
+static bool check_number(const struct design_build *build, const struct design_factor *factor,
+                         size_t i)
 {
     const char *name = factor->source->name;
     double x = json_number_value(value_of(json_array_get(build->members, i), name)) + 0.0;
 
-    factor->lowest = i == 0 ? x : fmin(factor->lowest, x);
-    factor->highest = i == 0 ? x : fmax(factor->highest, x);
-    factor->mean += (x - factor->mean) / (double)(i + 1);
-    factor->value[i] = formula_apply(factor->source, x);
     if (!isfinite(factor->value[i])) {
         problem_add(build->given->list, POINTER,
                     "%.80s of member %zu (%.40s) is not a number: \"%.60s\" is %.10g there",
                     factor->source->text, i, id_of(build, i), name, x);
+        return false;
     }
-    if (isfinite(factor->value[i]) && !(covariate_takes(x) && covariate_takes(factor->value[i]))) {
+    if (!(covariate_takes(x) && covariate_takes(factor->value[i]))) {
         problem_add(build->given->list, POINTER,
                     "%.80s of member %zu (%.40s) is %.6g, \"%.60s\" %.6g there; " COVARIATE_TAKEN,
                     factor->source->text, i, id_of(build, i), factor->value[i], name, x);
         return false;
     }
-    return isfinite(factor->value[i]);
+    return true;
 }
 
 static bool read_numbers(const struct design_build *build, struct design_factor *factor)
 {
+    const char *name = factor->source->name;
+
     for (size_t i = 0; i < build->n; i++) {
-        if (!read_number(build, factor, i)) {
+        double x = json_number_value(value_of(json_array_get(build->members, i), name)) + 0.0;
+
+        factor->lowest = i == 0 ? x : fmin(factor->lowest, x);
+        factor->highest = i == 0 ? x : fmax(factor->highest, x);
+        factor->mean += (x - factor->mean) / (double)(i + 1);
+        factor->value[i] = x;
+    }
+    formula_learn(factor->source, build->n, factor->value, &factor->state);
+    for (size_t i = 0; i < build->n; i++) {
+        if (!check_number(build, factor, i)) {
             return false;
         }
     }
     if (!(factor->highest > factor->lowest)) {
         problem_add(build->given->list, POINTER,
-                    "\"%.60s\" is the same for all members: leave it out", factor->source->name);
+                    "\"%.60s\" is the same for all members: leave it out", name);
         return false;
     }
     return true;
@@ -211,7 +222,7 @@ static void note_texts(struct design_build *build, const struct design_factor *f
         (void)json_array_append_new(build->missing,
                                     json_pack("{s:s, s:o}", "of", name, "found", missing));
     }
-    unit = factor->source->function == FORMULA_LEVELS ? NULL : alike_unit(texts);
+    unit = factor->source->levels ? NULL : alike_unit(texts);
     if (unit) {
         build->mixed = build->mixed ? build->mixed : json_array();
         (void)json_array_append_new(
@@ -268,6 +279,21 @@ static const char *why_levels(const struct design_build *build, const struct des
     return text;
 }
 
+static void refuse_reference(const struct design_build *build, const struct design_factor *factor,
+                             size_t count, const char *const *levels)
+{
+    char quoted[LEVELS_SHOWN];
+    json_t *all = json_array();
+
+    for (size_t k = 0; k < count; k++) {
+        (void)json_array_append_new(all, json_string(levels[k]));
+    }
+    alike_quote(all, quoted, sizeof quoted);
+    json_decref(all);
+    problem_add(build->given->list, POINTER, "\"%.60s\" has no level \"%.60s\"; it has %s",
+                factor->source->name, factor->source->reference, quoted);
+}
+
 /* The levels in order, the reference first. False with a problem noted. */
 static bool sort_levels(const struct design_build *build, struct design_factor *factor,
                         json_t *seen)
@@ -282,12 +308,11 @@ static bool sort_levels(const struct design_build *build, struct design_factor *
         levels[count++] = key;
         found = found || strcmp(key, reference) == 0;
     }
+    qsort(levels, count, sizeof *levels, compare_levels);
     if (!found) {
-        problem_add(build->given->list, POINTER, "\"%.60s\" has no level \"%.60s\"",
-                    factor->source->name, reference);
+        refuse_reference(build, factor, count, levels);
         return false;
     }
-    qsort(levels, count, sizeof *levels, compare_levels);
     if (reference[0]) {
         (void)json_array_append_new(factor->levels, json_string(reference));
     }
@@ -342,7 +367,7 @@ static bool read_levels(struct design_build *build, struct design_factor *factor
     bool good = true;
 
     factor->levels = json_array();
-    if (factor->source->function != FORMULA_LEVELS) {
+    if (!factor->source->levels) {
         note_mixed(build, factor);
     }
     for (size_t i = 0; i < build->n; i++) {
@@ -388,10 +413,10 @@ static bool is_categorical(const struct design_build *build, const struct design
             last = i;
         }
     }
-    if (factor->source->function == FORMULA_LEVELS) {
+    if (factor->source->levels) {
         return true;
     }
-    if (texts > 0 && factor->source->function != FORMULA_PLAIN) {
+    if (texts > 0 && factor->source->steps > 0) {
         problem_add(build->given->list, POINTER,
                     "%.80s needs numbers, and \"%.60s\" of member %zu (%.40s) is none",
                     factor->source->text, name, last, id_of(build, last));

@@ -11,10 +11,11 @@
 struct design_factor {
     const struct formula_factor *source;
     bool categorical;
-    json_t *levels;         /* of a categorical one: texts, the reference first */
-    double lowest, highest; /* of the covariate itself, before the function */
-    double mean;            /* the same */
-    double *value;          /* [n] numbers after the function; or of a categorical one its level */
+    json_t *levels;             /* of a categorical one: texts, the reference first */
+    double lowest, highest;     /* of the covariate itself, before the function */
+    double mean;                /* the same */
+    struct formula_state state; /* of its functions */
+    double *value; /* [n] numbers after the function; or of a categorical one its level */
 };
 
 struct design_build {

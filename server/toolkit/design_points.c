@@ -59,7 +59,9 @@ static void read_point(const struct design_build *build, size_t f, size_t index,
                               json_is_number(value) ? json_real(json_number_value(value) + 0.0)
                                                     : json_null());
     value = json_object_get(point, name);
-    row[f] = json_is_number(value) ? formula_apply(factor->source, json_number_value(value)) : NAN;
+    row[f] = json_is_number(value)
+                 ? formula_apply(factor->source, &factor->state, json_number_value(value))
+                 : NAN;
     if (!isfinite(row[f])) {
         problem_add(build->given->list, pointer, "%.80s must be a number there",
                     factor->source->text);

@@ -78,7 +78,7 @@ static struct terms read_sum(struct formula_parser *p);
 static struct terms read_atom(struct formula_parser *p)
 {
     struct terms terms = {0};
-    struct formula_factor factor = {.function = FORMULA_PLAIN};
+    struct formula_factor factor = {0};
     char word[FORMULA_NAME_MAX];
 
     formula_skip(p);
@@ -139,7 +139,7 @@ static void refuse_power(struct formula_parser *p, uint32_t term, char power)
         f++;
     }
     factor = &p->formula->factor[f];
-    if (factor->function == FORMULA_PLAIN) {
+    if (!factor->levels && factor->steps == 0) {
         formula_fail(p,
                      "has %.60s^%c, which is %.60s itself in this notation, as in R: write "
                      "I(%.60s^%c) for the power of its numbers",

@@ -7,6 +7,7 @@
 #include <ctype.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 void formula_fail(struct formula_parser *p, const char *format, ...)
@@ -103,4 +104,22 @@ bool formula_take_text(struct formula_parser *p, char text[FORMULA_NAME_MAX])
     formula_skip(p);
     return (formula_take(p, "\"") && formula_take_quoted(p, '"', text)) ||
            (formula_take(p, "'") && formula_take_quoted(p, '\'', text));
+}
+
+bool formula_take_number(struct formula_parser *p, char text[FORMULA_NAME_MAX])
+{
+    char *end;
+    double value;
+
+    formula_skip(p);
+    if (!isdigit((unsigned char)*p->at) && *p->at != '-' && *p->at != '.') {
+        return false;
+    }
+    value = strtod(p->at, &end);
+    if (end == p->at) {
+        return false;
+    }
+    (void)snprintf(text, FORMULA_NAME_MAX, "%.15g", value + 0.0);
+    p->at = end;
+    return true;
 }

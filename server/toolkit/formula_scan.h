@@ -14,6 +14,7 @@ struct formula_parser {
     struct formula *formula;
     char *problem; /* [FORMULA_PROBLEM_MAX] the first one */
     int depth;     /* of brackets */
+    int calls;     /* functions of functions */
     bool failed;
 };
 
@@ -34,10 +35,12 @@ bool formula_take_quoted(struct formula_parser *p, char quote, char name[FORMULA
 bool formula_take_word(struct formula_parser *p, char name[FORMULA_NAME_MAX]);
 /* "text" or 'text'. */
 bool formula_take_text(struct formula_parser *p, char text[FORMULA_NAME_MAX]);
+/* A number without quotes, as levels of numbers are spelled. */
+bool formula_take_number(struct formula_parser *p, char text[FORMULA_NAME_MAX]);
 
 /* The name of a covariate: a word, `..` or Q(".."). False with a problem. */
 bool formula_take_name(struct formula_parser *p, char name[FORMULA_NAME_MAX]);
-/* The rest of a function's call, after its opening bracket. */
+/* The rest of a function's call, after its opening bracket; adds it to what the factor has. */
 void formula_read_call(struct formula_parser *p, const char *word, struct formula_factor *factor);
 /* The bit of a factor, known or new; spells it. */
 uint32_t formula_intern(struct formula_parser *p, struct formula_factor *factor);

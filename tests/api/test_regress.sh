@@ -189,8 +189,25 @@ compare "$(json ".terms[2].r2 / $(jq '.terms[0].r2' "$SCRATCH/first.json") - 1 |
 regress 'shape ~ age * treated + I(age^2) + log(volume) - age:treated'
 is "$(json '[.terms[].name] | join(" ")')" 'age treated I(age^2) log(volume)' 'operators are those of R'
 regress 'shape ~ C(volume, Treatment(\"3.5\")) / age'
-is "$(json '[.terms[] | "\(.name) \(.degreesOfFreedom)"] | join(", ")')" 'C(volume) 4, C(volume):age 5' \
+is "$(json '[.terms[] | "\(.name) \(.degreesOfFreedom)"] | join(", ")')" \
+    'C(volume, Treatment("3.5")) 4, C(volume, Treatment("3.5")):age 5' \
     'levels of numbers, and a slope in each'
+# Functions that take mean and deviation of the members: a point is standardized by those, so that predictions stay.
+regress 'shape ~ C(site, Treatment(reference=\u0027B\u0027)) + age' ',"at":[{"age":45},{"age":70}]'
+is "$(json '[.coefficients[].name] | join(" ")')" \
+    "Intercept C(site, Treatment(reference='B'))[T.A] C(site, Treatment(reference='B'))[T.C] age" 'columns name their reference'
+predicted() { # the coefficients of z of both predictions
+    for K in 0 1; do
+        curl -fsS "$URL/v1/surfaces/$(json ".predictions[$K].surface.id")/coefficients" | jq -c .z
+    done | jq -sc .
+}
+PLAIN=$(predicted)
+for FUNCTION in 'center(age)' 'scale(age)' 'standardize(age, ddof=1)' 'scale(age, scale=FALSE)'; do
+    regress "shape ~ C(site, Treatment(\\\"B\\\")) + $FUNCTION" ',"at":[{"age":45},{"age":70}]'
+    compare "$(jq -n --argjson a "$PLAIN" --argjson b "$(predicted)" \
+        '[$a, $b | flatten] | transpose | map(.[0] - .[1] | fabs) | max')" '<' 1e-9 "$FUNCTION predicts what age does"
+done
+
 regress 'shape ~ group'
 is "$(json '[.terms[0].level, .coefficients[1].name] | tojson')" '["exact","group[T.b]"]' 'labels are groups'
 P=$(json .terms[0].pValue)
@@ -273,7 +290,9 @@ refused 'shape ~ 0 + age' 'leaves out the constant'
 refused 'shape ~ age age' 'has "age" at character 13 where'
 refused 'age ~ sex' 'must begin with "shape ~"'
 refused 'shape ~ 1' 'has no term'
-refused 'shape ~ C(site, Treatment(\"D\"))' '"site" has no level "D"'
+refused 'shape ~ C(site, Treatment(\"D\"))' '"site" has no level "D"; it has "A", "B", "C"'
+refused 'shape ~ bs(age, df=4)' 'has the function bs, which is not known; there are log, .*, center, scale, .*For a curve write powers'
+refused 'shape ~ C(site, Sum)' 'has the contrast Sum, which is not known'
 refused 'shape ~ age' '/inputs/at/0 "site" is no covariate of the formula' ',"at":[{"site":"A"}]'
 refused 'shape ~ site' '/inputs/at/0 "site" must be a level that members have: "A", "B", "C"' ',"at":[{"site":"D"}]'
 refused 'shape ~ age' '/inputs/at/0 must be an object' ',"at":[3]'
