@@ -7,7 +7,6 @@
 #include "toolkit/design_columns.h"
 #include "toolkit/group.h"
 
-#define TERM_NAME_MAX 256
 #define SUBJECTS_BESIDE ((size_t)4) /* the constant, and a covariance of three dimensions */
 
 static json_t *terms_json(const struct design_build *build, const struct design_columns *columns)
@@ -15,7 +14,7 @@ static json_t *terms_json(const struct design_build *build, const struct design_
     json_t *terms = json_array();
 
     for (size_t t = 0; t < build->formula->terms; t++) {
-        char name[TERM_NAME_MAX];
+        char name[DESIGN_TERM_MAX];
         json_t *own = json_array();
 
         formula_term_name(build->formula, t, sizeof name, name);
@@ -64,7 +63,7 @@ static void refuse_many(const struct design_build *build, const struct design_co
                         size_t subjects)
 {
     size_t most = 0, of_term = 0;
-    char name[TERM_NAME_MAX];
+    char name[DESIGN_TERM_MAX];
 
     for (size_t t = 0; t < build->formula->terms; t++) {
         size_t own = 0;
@@ -119,7 +118,10 @@ static bool check_columns(const struct design_build *build, const struct design_
     good = good && srnf_covariates_check(m, subjects, values, verdicts) == 0;
     for (size_t c = 0; good && c < m; c++) {
         if (verdicts[c] != SRNF_COVARIATE_FREE) {
-            refuse_column(build, json_array_get(names, c), verdicts[c], subjects < build->n);
+            if (verdicts[c] != SRNF_COVARIATE_FOLLOWS ||
+                !design_refuse_repeat(build, columns, subjects, values, c)) {
+                refuse_column(build, json_array_get(names, c), verdicts[c], subjects < build->n);
+            }
             good = false;
         }
     }

@@ -9,6 +9,7 @@
 #include "toolkit/design_factors.h"
 
 #define DESIGN_POINTER "/inputs/formula"
+#define DESIGN_TERM_MAX 256 /* of a term's name */
 
 struct design_column {
     size_t term;
@@ -29,6 +30,11 @@ json_t *design_columns_row(const struct design_build *build, const struct design
 /* {name, term}. The name is as patsy has it: age, C(site)[T.B], and C(site)[A] where all levels
    have a column. */
 json_t *design_column_name(const struct design_build *build, const struct design_column *column);
+
+/* Of a column that follows from those before it: whether one earlier term alone says it, with a
+   problem noted that names both terms. values: [columns x subjects]. */
+bool design_refuse_repeat(const struct design_build *build, const struct design_columns *columns,
+                          size_t subjects, const double *values, size_t column);
 
 /* The tests of a design (design.h). terms: as there. */
 json_t *design_tests(const struct design_build *build, const struct design_columns *columns,

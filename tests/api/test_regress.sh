@@ -24,7 +24,8 @@ for i in range(18):
             rows[axis][k] = 0.02 * math.sin(1.7 * i * k + ord(axis) * k * k)
     surface = send('/v1/surfaces', {'coefficients': {'lmax': lmax, **rows}})
     covariates = {'age': age, 'volume': 1.5 + i % 5, 'treated': i % 4 == 1, 'site': 'ABC'[i * 5 % 3 if i < 9 else i % 3],
-                  'one': 1, 'double': 2 * age, 'rare': 'x' if i == 3 else 'yz'[i % 2]}
+                  'one': 1, 'double': 2 * age, 'arm': 'xy'[i % 2], 'sum': age + 1.5 + i % 5,
+                  'north': 'yn'['ABC'[i * 5 % 3 if i < 9 else i % 3] == 'B'], 'rare': 'x' if i == 3 else 'yz'[i % 2]}
     if i > 2:
         covariates['late'] = i * i % 7
     covariates['city'] = '' if i in (4, 7) else 'PQ'[i % 2]
@@ -281,7 +282,12 @@ refused 'shape ~ age + late' '3 of 18 members have no "late", member 0'
 refused 'shape ~ age + city' '2 of 18 members have no "city", member 4'
 refused 'shape ~ one' '"one" is the same for all members'
 refused 'shape ~ C(one)' '"one" has 1 level; 2 to 50 are needed'
-refused 'shape ~ age + double' 'the column double follows from'
+refused 'shape ~ age + double' 'the terms age and double say the same: double repeats the first'
+refused 'shape ~ label + arm' 'the terms label and arm say the same: arm repeats the first'
+refused 'shape ~ group + age + label' 'the terms group and label say the same: label repeats the first'
+refused 'shape ~ site + north' 'the term north follows from site, which says more: leave north out'
+refused 'shape ~ north + age + site' 'the terms north and site say the same in part: a column of site follows from the first'
+refused 'shape ~ age + volume + sum' 'the column sum follows from the constant and the columns before it'
 refused 'shape ~ rare' 'level "x" of "rare" has one subject; each level needs two'
 refused 'shape ~ log(site)' 'log.site. needs numbers'
 refused 'shape ~ sqrt(Q(\"age\")' 'ends where a closing bracket is expected'
