@@ -302,8 +302,8 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
 
 /* ---- kept.c ---------------------------------------------------------------------------------- */
 
-/* The response that the connection gave last, made the exchange's, whose body is used up; NULL where
-   it is not alike. */
+/* The response that the connection gave last, made the exchange's, whose body is used up; NULL
+   where it is not alike. */
 struct MHD_Response *kept_again(struct exchange *exchange);
 /* Keeps a response that was just made, or lets go of the one before only. body: that of the
    exchange's response, which now is the library's; NULL: it is static. */
