@@ -348,13 +348,11 @@ static bool is_result(int64_t status)
            status != SRNF_ECANCELED;
 }
 
-/* What became of one mesh, at *at, which moves on. With memory for the coefficients where take is
-   true, otherwise only looked at. */
-static int read_one(const unsigned char **at, const unsigned char *end, bool take,
-                    struct tasks_encoded *found)
+/* What became of one mesh, at *at, which moves on; its coefficients are the caller's to free. */
+static int read_one(const unsigned char **at, const unsigned char *end, struct tasks_encoded *found)
 {
     size_t left = (size_t)(end - *at), count;
-    double *none = NULL;
+    double *coefficients;
 
     *found = (struct tasks_encoded){.status = SRNF_OK};
     if (left >= FAILED_SIZE && is_result((int64_t)tasks_get(*at))) {
@@ -375,21 +373,17 @@ static int read_one(const unsigned char **at, const unsigned char *end, bool tak
     if (left - FOUND_SIZE - SENTENCE < 8 * count) {
         return SRNF_EINVAL;
     }
-    none = srnf_alloc(count, sizeof(double));
-    if (!none) {
+    coefficients = srnf_alloc(count, sizeof(double));
+    if (!coefficients) {
         return SRNF_ENOMEM;
     }
-    if (!tasks_get_doubles(*at + FOUND_SIZE + SENTENCE, count, none)) {
-        srnf_free(none);
+    if (!tasks_get_doubles(*at + FOUND_SIZE + SENTENCE, count, coefficients)) {
+        srnf_free(coefficients);
         return SRNF_EINVAL;
     }
     get_surface(*at, &found->encoded);
+    found->encoded.coefficients = coefficients;
     *at += FOUND_SIZE + SENTENCE + 8 * count;
-    if (take) {
-        found->encoded.coefficients = none;
-    } else {
-        srnf_free(none);
-    }
     return SRNF_OK;
 }
 
@@ -400,7 +394,7 @@ int tasks_encodings_read(const void *result, size_t size, size_t n, struct tasks
     size_t i = 0;
 
     for (; i < n && status == SRNF_OK; i++) {
-        status = read_one(&at, end, true, &found[i]);
+        status = read_one(&at, end, &found[i]);
     }
     if (status == SRNF_OK && at != end) {
         status = SRNF_EINVAL;
@@ -432,20 +426,70 @@ static bool agrees(const unsigned char *head, const struct srnf_encoded *e)
            is_near(e->volume_ratio * volume, e->measures.volume * square * e->scale);
 }
 
+/* What measures surfaces of one degree. */
+struct gauge {
+    struct srnf_sht *sht;
+    void *workspace;
+};
+
+static void clear_gauge(struct gauge *gauge)
+{
+    srnf_sht_destroy(gauge->sht);
+    srnf_free(gauge->workspace);
+    *gauge = (struct gauge){.sht = NULL};
+}
+
+static bool prepare_gauge(struct gauge *gauge, size_t degree)
+{
+    if (gauge->sht && srnf_sht_degree(gauge->sht) == degree) {
+        return true;
+    }
+    clear_gauge(gauge);
+    if (srnf_sht_create(&gauge->sht, degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0)) {
+        return false;
+    }
+    gauge->workspace = srnf_alloc(1, srnf_surface_workspace_size(gauge->sht));
+    return gauge->workspace != NULL;
+}
+
+/* Whether area, volume and centroid are those of the coefficients. */
+static bool is_measured(struct gauge *gauge, const struct srnf_encoded *e)
+{
+    struct srnf_surface_measures own;
+    bool good = prepare_gauge(gauge, e->degree);
+
+    if (good) {
+        double length;
+
+        srnf_surface_measure(gauge->sht, e->coefficients, &own, gauge->workspace);
+        length = sqrt(own.area);
+        good = is_near(e->measures.area, own.area) &&
+               fabs(e->measures.volume - own.volume) <= AGREEMENT * own.area * length;
+        for (size_t k = 0; k < 3; k++) {
+            good = good && fabs(e->measures.centroid[k] - own.centroid[k]) <= AGREEMENT * length;
+        }
+    }
+    return good;
+}
+
 static bool check_encodings(const void *inputs, size_t size, const void *result, size_t result_size)
 {
     const unsigned char *heads = inputs, *at = result, *end = at + result_size;
     size_t n = count_meshes(inputs, size);
+    struct gauge gauge = {.sht = NULL};
     bool good = n > 0;
 
     for (size_t i = 0; i < n && good; i++) {
+        const unsigned char *head = heads + PREFIX + i * HEAD;
         struct tasks_encoded found;
 
-        good = read_one(&at, end, false, &found) == SRNF_OK &&
+        good = read_one(&at, end, &found) == SRNF_OK &&
                (found.status < 0 ||
-                (found.encoded.degree == number(heads + PREFIX + i * HEAD, FIELD_DEGREE) &&
-                 agrees(heads + PREFIX + i * HEAD, &found.encoded)));
+                (found.encoded.degree == number(head, FIELD_DEGREE) &&
+                 agrees(head, &found.encoded) && is_measured(&gauge, &found.encoded)));
+        srnf_free(found.encoded.coefficients);
     }
+    clear_gauge(&gauge);
     return good && at == end;
 }
 

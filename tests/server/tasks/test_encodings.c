@@ -277,6 +277,54 @@ static void figures_and_sentences_are_looked_at(void **state)
     free(result.bytes);
 }
 
+/* Figures that agree with each other are those of the coefficients, too. */
+static void figures_are_those_of_the_coefficients(void **state)
+{
+    const struct world *world = *state;
+    struct tasks_bytes inputs = inputs_of(world), result = run(world, &inputs);
+    size_t first = FIGURES + SENTENCE + 8 * (size_t)(3 * 36);
+    /* Of the first surface, which has an area of one, and of the second, which keeps its own. */
+    static const size_t pairs[][2] = {{20, 26}, {21, 25}}; /* area, volume, and their ratios */
+
+    for (size_t i = 0; i < 2; i++) {
+        unsigned char *surface = result.bytes + i * first;
+        double *coefficients = malloc(8 * (size_t)(3 * 49));
+        size_t count = i == 0 ? 3 * 36 : 3 * 49;
+
+        assert_true(tasks_get_doubles(surface + FIGURES + SENTENCE, count, coefficients));
+        for (size_t k = i == 0; k < 2; k++) {
+            double kept[2];
+
+            for (size_t j = 0; j < 2; j++) {
+                kept[j] = tasks_get_double(surface + 8 * pairs[k][j]);
+                tasks_put_double(surface + 8 * pairs[k][j], kept[j] * (1.0 + 1e-6));
+            }
+            if (world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size)) {
+                fail_msg("figure %zu of surface %zu with its ratio is taken", pairs[k][0], i);
+            }
+            for (size_t j = 0; j < 2; j++) {
+                tasks_put_double(surface + 8 * pairs[k][j], kept[j]);
+            }
+        }
+        for (size_t k = 0; k < 3; k++) { /* beside its centroid */
+            double kept = tasks_get_double(surface + 8 * (22 + k));
+
+            tasks_put_double(surface + 8 * (22 + k), kept + 1e-3);
+            assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+            tasks_put_double(surface + 8 * (22 + k), kept);
+        }
+        coefficients[1] += 1e-3; /* another surface */
+        tasks_put_doubles(surface + FIGURES + SENTENCE, coefficients, count);
+        assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+        coefficients[1] -= 1e-3; /* within rounding the same again */
+        tasks_put_doubles(surface + FIGURES + SENTENCE, coefficients, count);
+        assert_true(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+        free(coefficients);
+    }
+    free(inputs.bytes);
+    free(result.bytes);
+}
+
 static bool stops(void *user)
 {
     (void)user;
@@ -305,6 +353,7 @@ int main(void)
         TEST(what_is_no_task_is_refused),
         TEST(what_is_no_result_is_told),
         TEST(figures_and_sentences_are_looked_at),
+        TEST(figures_are_those_of_the_coefficients),
         TEST(a_task_that_is_stopped_yields_nothing),
     };
 
