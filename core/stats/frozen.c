@@ -118,6 +118,24 @@ static bool factorize(size_t k, double *a)
     return true;
 }
 
+int srnf_classifier_check(const struct srnf_classifier *classifier, struct srnf_error *error)
+{
+    size_t k = classifier->features + classifier->components;
+    size_t blocks = !classifier->gauss ? 0 : classifier->pooled ? 1 : classifier->classes;
+    double *l = srnf_alloc(k * k + 1, sizeof(double));
+    int status = l ? SRNF_OK : SRNF_ENOMEM;
+
+    for (size_t b = 0; b < blocks && status == SRNF_OK; b++) {
+        memcpy(l, classifier->covariances + b * k * k, k * k * sizeof(double));
+        if (!factorize(k, l)) {
+            status = srnf_fail(error, SRNF_ENUMERIC, (int64_t)b,
+                               "covariance %zu is not positive definite", b);
+        }
+    }
+    srnf_free(l);
+    return status;
+}
+
 int frozen_likelihoods(const struct srnf_classifier *classifier, const double *x, double *memory,
                        double *evidence)
 {

@@ -180,6 +180,10 @@ struct srnf_classifier {
     double *priors; /* [classes] */
 };
 void srnf_classifier_clear(struct srnf_classifier *classifier);
+/* Whether its covariances are positive definite, as asking it takes. SRNF_ENUMERIC: the element of
+   the error is the number of the first that is not; SRNF_ENOMEM. */
+SRNF_CHECKED int srnf_classifier_check(const struct srnf_classifier *classifier,
+                                       struct srnf_error *error);
 
 enum srnf_priors {
     SRNF_PRIORS_COHORT = 0, /* the shares of the classes among the subjects */

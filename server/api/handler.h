@@ -157,6 +157,7 @@ json_t *job_record(const struct store_job *job, const char *cache);
 
 struct process_table; /* toolkit/table.h */
 
+#define API_WHY_MAX 160 /* bytes of why a model cannot be used */
 struct api_process {
     const char *id, *title, *description;
     /* Of an analysis: what was done, as sentences for a paper, without the last full stop. Words in
@@ -173,8 +174,8 @@ struct api_process {
     bool condensed; /* and that as .npy has a condensed form, which `condensed` asks for */
     /* Of a process that reads more of a model than its numbers: whether one that was made
        elsewhere, with all its arrays, has what the process needs, where it is of the kind that the
-       process takes. Otherwise NULL. */
-    bool (*model_fits)(const struct store_model *model);
+       process takes; why: where it has not, a sentence's end, or "". Otherwise NULL. */
+    bool (*model_fits)(const struct store_model *model, char why[API_WHY_MAX]);
 };
 /* The processes that a service offers, and what is the same for each: this layer knows none of
    them by name. */

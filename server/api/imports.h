@@ -24,6 +24,7 @@ struct store_batch; /* store/batch.h */
 #define IMPORT_CHANGED "it is not what " STUDY_MANIFEST " says of it: its content was changed"
 #define IMPORT_LACKING \
     "it stands on surfaces that did not come with it and are not yours: send them with it"
+#define IMPORT_UNUSABLE "%.60s (%.200s) cannot be used: %s"
 #define IMPORT_EDITED "what it says of %.60s (%.200s) is not what the export wrote: it was changed"
 
 /* A mesh of the import, or a file that was refused when it was read, which has a path alone. */
@@ -57,9 +58,10 @@ struct import {
        NULL otherwise. How many surfaces, models and jobs came with it. */
     json_t *manifest, *by_path, *surfaces, *seen;
     const char *id, *format, *name, *source;
-    bool volume;  /* the next one is a volume */
-    bool edited;  /* what is refused is what the manifest says, and not a file */
-    bool fresh;   /* a surface or model of it is new to the caller */
+    bool volume;           /* the next one is a volume */
+    bool edited;           /* what is refused is what the manifest says, and not a file */
+    char why[API_WHY_MAX]; /* it is refused, where that is known; otherwise "" */
+    bool fresh;            /* a surface or model of it is new to the caller */
     bool lacking; /* it stands on a surface that did not come, and that the caller has not */
     size_t n_restored[3];
     size_t unpack_left; /* bytes that may still be unpacked */

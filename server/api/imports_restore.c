@@ -9,6 +9,7 @@
 #include "api/imports.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -253,14 +254,32 @@ static bool has_surfaces(struct import *import, const struct store_model *model,
 }
 
 /* Whether all processes that read what models are made of could use this one. */
-static bool fits_processes(const struct api *api, const struct store_model *model)
+static bool fits_processes(struct import *import, const struct store_model *model)
 {
-    const struct api_process *const *rows = api->config.processes->rows;
+    const struct api_process *const *rows = import->call->api->config.processes->rows;
     bool good = true;
 
     for (; *rows; rows++) {
-        good = good && (!(*rows)->model_fits || (*rows)->model_fits(model));
+        good = good && (!(*rows)->model_fits || (*rows)->model_fits(model, import->why));
     }
+    return good;
+}
+
+/* Whether each part has a name of its own, by which it is asked for. */
+static bool names_differ(struct import *import, const struct store_model *model)
+{
+    json_t *names = model_part_names(model);
+    bool good = true;
+
+    for (size_t i = 0; i < json_array_size(names) && good; i++) {
+        const char *name = json_string_value(json_array_get(names, i));
+
+        good = !name || model_name_find(names, name) == i;
+        if (!good) {
+            (void)snprintf(import->why, API_WHY_MAX, "two of its parts are called \"%.60s\"", name);
+        }
+    }
+    json_decref(names);
     return good;
 }
 
@@ -310,7 +329,7 @@ bool import_restore_model(struct import *import, const json_t *record, const cha
     }
     good = good && is_usable(&model, &joint);
     if (good) {
-        good = fits_processes(import->call->api, &model);
+        good = names_differ(import, &model) && fits_processes(import, &model);
         import->edited = !good;
     }
     good = good && has_surfaces(import, &model, &joint, status);

@@ -116,6 +116,9 @@ static void refuse_changed(struct import *import, const char *path, const char *
 {
     if (import->lacking) {
         import_refuse(import, path, "no-such-surface", IMPORT_LACKING);
+    } else if (import->why[0]) {
+        import_refuse(import, STUDY_MANIFEST, "not-as-described", IMPORT_UNUSABLE, id, path,
+                      import->why);
     } else if (import->edited) {
         import_refuse(import, STUDY_MANIFEST, "not-as-described", IMPORT_EDITED, id, path);
     } else {
@@ -140,6 +143,7 @@ bool import_take_study(struct import *import, struct import_given *given)
     }
     (void)json_object_set_new(import->seen, id, json_true());
     import->edited = import->lacking = false;
+    import->why[0] = '\0';
     import->volume = strcmp(kind, "volumes") == 0;
     if (strcmp(kind, "meshes") == 0 || import->volume) {
         import->id = id;

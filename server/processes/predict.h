@@ -33,8 +33,9 @@ struct kept {
 /* 0, or a negative status with the problem set; kept_clear in any case. */
 int kept_load(struct jobs_run *run, const char *id, struct kept *kept, struct jobs_result *result);
 void kept_clear(struct kept *kept);
-/* Whether a model that is a classifier has all that predict needs of it; true of others. */
-bool predict_model_fits(const struct store_model *model);
+/* Whether a model that is a classifier has all that predict needs of it; true of others. why: what
+   is wrong with the numbers of one that has; otherwise untouched. */
+bool predict_model_fits(const struct store_model *model, char why[API_WHY_MAX]);
 /* "Surface", or "Subject" of several structures. */
 const char *predict_what(const struct kept *kept);
 /* The class of a name, or kept->classes. */

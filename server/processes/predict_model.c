@@ -7,6 +7,7 @@
 #include "processes/train.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -226,7 +227,23 @@ static bool read_record(struct kept *kept)
            registration_read(json_object_get(kept->made, "registration"), &kept->registration);
 }
 
-bool predict_model_fits(const struct store_model *model)
+/* Whether its Gaussians can be asked: with another covariance each prediction would fail. */
+static bool check_covariances(const struct kept *kept, char why[API_WHY_MAX])
+{
+    struct srnf_error error = {0};
+    int status = srnf_classifier_check(&kept->classifier, &error);
+
+    if (status == SRNF_ENUMERIC && kept->classifier.pooled) {
+        (void)snprintf(why, API_WHY_MAX, "the covariance of its classes is not positive definite");
+    } else if (status == SRNF_ENUMERIC) {
+        (void)snprintf(why, API_WHY_MAX,
+                       "the covariance of its class \"%.60s\" is not positive definite",
+                       kept->names[error.element]);
+    }
+    return status == SRNF_OK;
+}
+
+bool predict_model_fits(const struct store_model *model, char why[API_WHY_MAX])
 {
     struct kept kept = {.model = {.stored = *model}};
     bool good = strcmp(model_kind(model), "classifier") != 0;
@@ -238,6 +255,7 @@ bool predict_model_fits(const struct store_model *model)
         for (size_t part = 0; part < kept.model.joint.n_parts; part++) {
             good = good && model_template(kept.record, part);
         }
+        good = good && check_covariances(&kept, why);
     }
     kept.model = (struct compute_model){.pca = {.n = 0}}; /* it was borrowed */
     kept_clear(&kept);

@@ -250,6 +250,14 @@ is "$(jq -s '.[0].surface == .[1].surface' "$SCRATCH/shape.json" "$BODY")" true 
 both project 3
 is "$(json .trainingSubject)" true 'and knows its members'
 
+tests/support/forge_model.py "$SCRATCH/study.zip" "$SCRATCH/forged.zip" replace \
+    '"name": *"right"' '"name":"left"' >"$SCRATCH/forged"
+post '/v1/imports' --data-binary "@$SCRATCH/forged.zip" --header 'Content-Type: application/zip'
+is "$STATUS $(json '.refused[0] | "\(.code) \(.file)"')" '422 not-as-described srnfd-study.json' \
+    'one with two parts of one name is refused'
+like "$(json '.refused[0].detail')" '^model-.* cannot be used: two of its parts are called "left"$' \
+    'by what is wrong with it'
+
 # A file that somebody made may name a mean of another degree than the model's.
 post_json /v1/surfaces "$(jq -nc '[range(36) | 0] as $no | {coefficients:{lmax:5,x:($no | .[3] = 1),y:($no | .[1] = 1),z:($no | .[2] = 1)}}')"
 SMALL=$(json .id)

@@ -269,8 +269,12 @@ done <<'DAMAGE'
 "method":"srnf-gauss"#"method":"magic"#a method that is none
 "calibration":\{"o#"elsewhere":{"o#no calibration
 "template":\{[^}]*\}#"template":null#no template
+"covariances":\[\[\[#"covariances":[[[-#a covariance that is not positive definite
 "registration":\{[^}]*\}[^}]*\}#"registration":null#no registration
 DAMAGE
+bob '"covariances":\[\[\[' '"covariances":[[[-'
+like "$(json '.refused[0].detail')" 'cannot be used: the covariance of its class(es|) .*is not positive definite$' \
+    'and told what is wrong with it'
 # A template is a surface: with that of another the sender would learn how far his own are from it.
 post_json /v1/surfaces "$(shape 77 round)" -H "Authorization: Bearer $ADA"
 OTHERS=$(json .id)
