@@ -164,7 +164,6 @@ def typed_executions(document):
             post['responses'].pop('204')  # of links alone
             paths[f'/v1/processes/{name}/execution'] = {'post': post}
     document['paths'] = paths
-    del schemas['Execution']
 
 
 def openapi30(document):

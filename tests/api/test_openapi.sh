@@ -105,6 +105,9 @@ get /v1/openapi.json
 is "$STATUS $(header Content-Type) $(json '"\(.openapi) \(.paths | length)"')" \
     "200 application/vnd.oai.openapi+json;version=3.0 3.0.3 $(($(grep -c '^  /.*:$' "$OPENAPI") - 1 + $(wc -w <<<"$processes")))" 'it is served in OpenAPI 3.0, too, with the execution of each process by itself'
 is "$(json '[.. | objects | select((.type? | type) == "array" or has("const"))] | length')" 0 'without what 3.0 does not have'
+is "$(json '. as $all | [.. | objects | select(has("$ref")) | .["$ref"]] | unique | map(select(
+        . as $ref | $all | getpath($ref | ltrimstr("#/") | split("/") | map(gsub("~1"; "/"))) == null)) | join(" ")')" '' \
+    'and whatever it refers to is in it'
 get /v1/docs
 is "$STATUS $(header Content-Type) $(grep -c '<h3 id=' "$BODY")" "200 text/html; charset=utf-8 $(wc -l <"$SCRATCH/described")" \
     'and as a page, with every operation'
