@@ -53,6 +53,7 @@
  * on which thread ran which.
  */
 #include "compare.h"
+#include "intervals.h"
 #include "maps.h"
 
 #include <cblas.h>
@@ -305,6 +306,36 @@ static int describe(const struct compare_run *run, const double *mean, const dou
     return status;
 }
 
+/* The model of the distance is that of the comparison: U, and the contrast. */
+static int find_interval(const struct compare_run *run)
+{
+    const struct compare_design *design = &run->design;
+    size_t n = run->n;
+    size_t count = design->nuisance + 1;
+    struct intervals intervals = {0};
+    double *basis = srnf_alloc(count + 2, n * sizeof(double));
+    double *weights = basis ? basis + count * n : NULL;
+    double *along = basis ? weights + n : NULL;
+    int status = SRNF_ENOMEM;
+
+    if (basis) {
+        memcpy(basis, design->basis, design->nuisance * n * sizeof(double));
+        for (size_t i = 0; i < n; i++) {
+            basis[design->nuisance * n + i] = design->contrast[i] / sqrt(design->squared);
+            weights[i] = design->contrast[i] / design->squared;
+        }
+        cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)n, (int)n, 1.0, run->gram, (int)n, weights, 1,
+                    0.0, along, 1);
+        status = intervals_open(&intervals, n, count, basis, run->gram);
+    }
+    if (status == SRNF_OK) {
+        intervals_norm(&intervals, weights, along, run->observed, run->out->distance_interval);
+    }
+    intervals_close(&intervals);
+    srnf_free(basis);
+    return status;
+}
+
 static int observe(struct compare_run *run, const double *mean)
 {
     struct block block;
@@ -318,6 +349,7 @@ static int observe(struct compare_run *run, const double *mean)
         run->observed = global_statistic(run, block.contrasts);
         run->out->distance = sqrt(run->observed);
         status = describe(run, mean, block.rows);
+        status = status ? status : find_interval(run);
     }
     close_block(&block);
     return status;

@@ -10,6 +10,7 @@
  * r^2 / (quantiles of r*). All are extended to hold the estimate. Of subjects with weights c_i is
  * how often times the weight, and n the sum of the c_i.
  */
+#include "intervals.h"
 #include "paired.h"
 
 #include <cblas.h>
@@ -86,6 +87,46 @@ void paired_estimate(struct srnf_estimate *to, double value, bool basic, bool ro
     to->interval[1] = root ? sqrt(ends[1]) : ends[1];
 }
 
+/* Subjects with weights have errors of one variance once their differences are times the roots of
+   these. */
+static int find_norm(struct paired_run *run)
+{
+    size_t n = run->n;
+    struct intervals intervals = {0};
+    double *gram = srnf_alloc(n + 3, n * sizeof(double));
+    double *root = gram ? gram + n * n : NULL;
+    double *mean = gram ? root + n : NULL;
+    double *along = gram ? mean + n : NULL;
+    double sum = 0.0;
+    int status = SRNF_ENOMEM;
+
+    for (size_t i = 0; gram && i < n; i++) {
+        root[i] = sqrt(weight_of(run, i));
+        sum += root[i] * root[i];
+    }
+    for (size_t k = 0; gram && k < n * n; k++) {
+        gram[k] = run->gram[0][k] * root[k / n] * root[k % n];
+    }
+    if (gram) {
+        for (size_t i = 0; i < n; i++) {
+            mean[i] = root[i] / sum;
+        }
+        cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)n, (int)n, 1.0, gram, (int)n, mean, 1, 0.0,
+                    along, 1);
+        for (size_t i = 0; i < n; i++) {
+            root[i] /= sqrt(sum);
+        }
+        status = intervals_open(&intervals, n, 1, root, gram);
+    }
+    if (status == SRNF_OK) {
+        intervals_norm(&intervals, mean, along, run->out->norm * run->out->norm,
+                       run->out->norm_interval);
+    }
+    intervals_close(&intervals);
+    srnf_free(gram);
+    return status;
+}
+
 int paired_bootstrap(struct paired_run *run, struct srnf_error *error)
 {
     struct srnf_paired *out = run->out;
@@ -130,5 +171,5 @@ int paired_bootstrap(struct paired_run *run, struct srnf_error *error)
     out->share.interval[1] = fmin(out->share.interval[1], 1.0);
     srnf_free(counts);
     srnf_free(drawn);
-    return status;
+    return status ? status : find_norm(run);
 }

@@ -61,6 +61,7 @@ void srnf_regression_clear(struct srnf_regression *r)
     srnf_free(r->predicted);
     srnf_free(r->coefficients);
     srnf_free(r->norms);
+    srnf_free(r->norm_intervals);
     srnf_free(r->effect);
     srnf_free(r->normal);
     srnf_free(r->standard_error);

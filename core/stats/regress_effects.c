@@ -6,6 +6,7 @@
  * subjects. Along the normal its standard error at a node is s |weights[k]|, s^2 the sum of squared
  * residuals there over the degrees of freedom.
  */
+#include "intervals.h"
 #include "regress.h"
 
 #include <cblas.h>
@@ -107,6 +108,50 @@ static int fill_displacements(struct regress_run *run)
     return status;
 }
 
+/* ---- Intervals ------------------------------------------------------------------------------- */
+
+/* Products of the subjects' SRNFs with coefficient k. */
+static void fill_products(const struct regress_run *run, size_t k, double *products)
+{
+    size_t size = 3 * run->points;
+
+    for (size_t i = 0; i < run->n; i++) {
+        products[i] = srnf_inner_product(srnf_sht_grid(run->sht), run->q + i * size,
+                                         run->out->coefficients + k * size);
+    }
+}
+
+/* Of the norms and variances. What is about the mean has the constant, or the lead, alone. */
+static int find_intervals(struct regress_run *run)
+{
+    struct srnf_regression *out = run->out;
+    const struct regress_basis *basis = &run->fit.basis;
+    struct intervals whole = {0};
+    struct intervals constant = {0};
+    double *products = srnf_alloc(run->n, sizeof(double));
+    int status = products ? intervals_open(&whole, run->n, basis->count, basis->vectors, run->gram)
+                          : SRNF_ENOMEM;
+
+    if (status == SRNF_OK) {
+        for (size_t k = 0; k < basis->count; k++) {
+            fill_products(run, k, products);
+            intervals_norm(&whole, run->fit.weights + k * run->n, products,
+                           out->norms[k] * out->norms[k], out->norm_intervals + 2 * k);
+        }
+        intervals_variance(&whole, out->residual_variance, out->residual_interval);
+        intervals_close(&whole);
+        whole = (struct intervals){0};
+        status = intervals_open(&constant, run->n, 1, basis->vectors, run->gram);
+    }
+    if (status == SRNF_OK) {
+        intervals_variance(&constant, out->variance, out->variance_interval);
+    }
+    intervals_close(&constant);
+    intervals_close(&whole);
+    srnf_free(products);
+    return status;
+}
+
 /* ---- Predictions ----------------------------------------------------------------------------- */
 
 struct predicting {
@@ -176,8 +221,10 @@ static int open_effects(struct regress_run *run)
     }
     out->coefficients = srnf_alloc(columns + 1, 3 * points * sizeof(double));
     out->norms = srnf_alloc(columns + 1, sizeof(double));
+    out->norm_intervals = srnf_alloc(columns + 1, 2 * sizeof(double));
     run->along = srnf_alloc(run->n, points * sizeof(double));
-    return out->coefficients && out->norms && run->along ? SRNF_OK : SRNF_ENOMEM;
+    return out->coefficients && out->norms && out->norm_intervals && run->along ? SRNF_OK
+                                                                                : SRNF_ENOMEM;
 }
 
 int regress_effects(struct regress_run *run, const double *mean, struct stats_progress progress,
@@ -201,6 +248,7 @@ int regress_effects(struct regress_run *run, const double *mean, struct stats_pr
         }
         status = fill_along(run, mean);
     }
+    status = status ? status : find_intervals(run);
     status = status ? status : fill_displacements(run);
     return status ? status
                   : stats_run(run->context, run->no_surfaces ? 0 : run->design->points, predict,

@@ -22,9 +22,9 @@
  * Statistics in Medicine 27, 2008): below T by the root of (G - lower G)^2 + k^2 (upper V - V)^2,
  * above it likewise; no end is below 0. Of two visits of each V is not known, and has no interval.
  */
+#include "intervals.h"
 #include "trajectories.h"
 
-#include <cblas.h>
 #include <math.h>
 #include <string.h>
 
@@ -47,15 +47,6 @@ static int average_design(struct trajectory_run *run)
     return regress_average_nested(design, s, run->nested, run->nested_values);
 }
 
-/* value exp(-+ t error / value). */
-static void set_interval(double value, double error, double freedom, double interval[2])
-{
-    double reach = value > 0.0 ? subjects_student(freedom) * error / value : 0.0;
-
-    interval[0] = value * exp(-reach);
-    interval[1] = value * exp(reach);
-}
-
 static void find_within(struct trajectory_run *run)
 {
     struct srnf_trajectories *out = run->out;
@@ -76,8 +67,8 @@ static void find_within(struct trajectory_run *run)
     if (out->freedom > 0) {
         double n = (double)run->n;
 
-        set_interval(out->within, sqrt(n / (n - 1.0) * squares) / freedom, n - 1.0,
-                     out->within_interval);
+        intervals_log(out->within, sqrt(n / (n - 1.0) * squares) / freedom, n - 1.0,
+                      out->within_interval);
     }
 }
 
@@ -108,7 +99,7 @@ static void set_between(struct trajectory_run *run, const double *squares, const
 
         sum += off * off;
     }
-    set_interval(left, sqrt(sum) / freedom, freedom, whole);
+    intervals_log(left, sqrt(sum) / freedom, freedom, whole);
     lower[0] = left - whole[0];
     upper[0] = whole[1] - left;
     lower[1] = out->freedom > 0 ? noise * (out->within_interval[1] - out->within) : 0.0;
@@ -117,42 +108,17 @@ static void set_between(struct trajectory_run *run, const double *squares, const
     out->between_interval[1] = fmax(excess + hypot(upper[0], upper[1]), 0.0);
 }
 
-/* The diagonal of (1 - H) G (1 - H), from G and the columns of H = U U'. work: [n][n]. */
-static void square_residuals(size_t n, const struct regress_fit *fit, const double *gram,
-                             double *work, double *scratch, double *squares, double *rest)
-{
-    memcpy(work, gram, n * n * sizeof *work);
-    for (size_t i = 0; i < n; i++) {
-        rest[i] = 1.0;
-    }
-    for (size_t k = 0; k < fit->basis.count; k++) {
-        const double *u = fit->basis.vectors + k * n;
-
-        for (size_t i = 0; i < n; i++) {
-            rest[i] -= u[i] * u[i];
-        }
-        cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)n, (int)n, 1.0, work, (int)n, u, 1, 0.0,
-                    scratch, 1);
-        cblas_dger(CblasRowMajor, (int)n, (int)n, -1.0, scratch, 1, u, 1, work, (int)n);
-        cblas_dgemv(CblasRowMajor, CblasTrans, (int)n, (int)n, 1.0, work, (int)n, u, 1, 0.0,
-                    scratch, 1);
-        cblas_dger(CblasRowMajor, (int)n, (int)n, -1.0, u, 1, scratch, 1, work, (int)n);
-    }
-    for (size_t i = 0; i < n; i++) {
-        squares[i] = fmax(work[i * n + i], 0.0);
-    }
-}
-
 /* T, from the residuals of slopes that weigh the same. */
 static int find_between(struct trajectory_run *run, struct srnf_error *error)
 {
     size_t n = run->n;
     size_t size = 3 * run->points;
     struct regress_fit fit = {0};
+    struct intervals residuals = {0};
     double *y = srnf_alloc(n, size * sizeof(double));
-    double *gram = srnf_alloc(2 * n, n * sizeof(double));
-    double *scratch = srnf_alloc(3 * n, sizeof(double));
-    int status = y && gram && scratch
+    double *gram = srnf_alloc(n, n * sizeof(double));
+    double *squares = srnf_alloc(n, sizeof(double));
+    int status = y && gram && squares
                      ? regress_fit_create(&fit, n, NULL, run->design->columns, run->values, error)
                      : SRNF_ENOMEM;
 
@@ -161,13 +127,19 @@ static int find_between(struct trajectory_run *run, struct srnf_error *error)
         status = stats_gram(n, size, y, gram, error);
     }
     if (status == SRNF_OK) {
-        square_residuals(n, &fit, gram, gram + n * n, scratch, scratch + n, scratch + 2 * n);
-        set_between(run, scratch + n, scratch + 2 * n);
+        status = intervals_open(&residuals, n, fit.basis.count, fit.basis.vectors, gram);
     }
+    if (status == SRNF_OK) {
+        for (size_t i = 0; i < n; i++) {
+            squares[i] = fmax(residuals.gram[i * n + i], 0.0);
+        }
+        set_between(run, squares, residuals.rest);
+    }
+    intervals_close(&residuals);
     regress_fit_clear(&fit);
     srnf_free(y);
     srnf_free(gram);
-    srnf_free(scratch);
+    srnf_free(squares);
     return status;
 }
 

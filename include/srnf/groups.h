@@ -105,8 +105,9 @@ struct srnf_comparison {
                            them; at most test.least */
     bool asymptotic;    /* covariates: p has its level in large samples only */
     double distance; /* of the groups' means, in the L2 norm of SRNFs, covariates regressed out */
-    double p_value;  /* of that */
-    double max_p_value; /* of the largest local statistic: the least of significance */
+    double distance_interval[2]; /* 95 %; NAN where subjects are too few (core/stats/intervals.c) */
+    double p_value;              /* of that */
+    double max_p_value;          /* of the largest local statistic: the least of significance */
     /* The map, on the grid: double[n_theta][n_phi]. */
     double *statistic;    /* Hotelling's T^2 */
     double *p;            /* by permutation, of this point alone */

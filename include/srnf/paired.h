@@ -50,6 +50,7 @@ struct srnf_paired {
     size_t n;
     struct srnf_permutation_test test; /* relabellings: different sign flips */
     double norm;                       /* of the mean difference, in L2 of SRNFs */
+    double norm_interval[2];           /* 95 %, which no drawing makes (core/stats/intervals.c) */
     double p_value;                    /* of that */
     double max_p_value;                /* of the largest local statistic */
     /* Roots of mean squares over the surface, in the unit of the sizes: */

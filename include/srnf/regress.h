@@ -78,8 +78,11 @@ struct srnf_regression {
     struct srnf_permutation_test test; /* least is that of each test */
     double variance;                   /* mean squared distance of subjects, with n - 1 */
     double residual_variance;          /* with freedom: squared L2 norm of SRNFs */
-    double *coefficients;              /* [columns + 1][3][P] fields, the constant first */
-    double *norms;                     /* [columns + 1] of them in L2 */
+    /* 95 %, of both and of norms; NAN where subjects are too few (core/stats/intervals.c): */
+    double variance_interval[2], residual_interval[2];
+    double *norm_intervals; /* [columns + 1][2] */
+    double *coefficients;   /* [columns + 1][3][P] fields, the constant first */
+    double *norms;          /* [columns + 1] of them in L2 */
     /* The displacement of the nodes that a unit of each column means: */
     double *effect;                         /* [columns][P] its length */
     double *normal;                         /* [columns][P] along the outward normal of the mean */

@@ -1,0 +1,41 @@
+/*
+ * intervals.h - how far lengths and variances of a linear model are known (intervals.c).
+ */
+#ifndef SRNF_STATS_INTERVALS_H
+#define SRNF_STATS_INTERVALS_H
+
+#include "stats.h"
+
+/* Residuals of a model with an orthonormal basis U of n subjects. */
+struct intervals {
+    size_t n, count;
+    const double *basis; /* [count][n] U, not owned */
+    double *rest;        /* [n] 1 - h_i: the diagonal of R = 1 - U U' */
+    double *gram;        /* [n][n] products of the residuals R y */
+    double *scratch;     /* [2 n + count] */
+};
+
+/* gram: [n][n] of the data y, or of y less what U explains in part. SRNF_ENOMEM. intervals_close in
+   any case. */
+SRNF_CHECKED int intervals_open(struct intervals *of, size_t n, size_t count, const double *basis,
+                                const double *gram);
+void intervals_close(struct intervals *of);
+
+/*
+ * The 95 % interval of the norm of what b = sum of weights[i] y_i estimates.
+ *   weights   [in]  [n] in the span of U
+ *   along     [in]  [n] products <y_i, b>, y as for intervals_open
+ *   square    [in]  |b|^2
+ *   interval  [out] holds |b|, not negative; NAN where fewer than 3 degrees of freedom tell how far
+ *                   b is known
+ */
+void intervals_norm(const struct intervals *of, const double *weights, const double *along,
+                    double square, double interval[2]);
+
+/* The same of the residual variance, value; NAN with fewer than 3 degrees of freedom. */
+void intervals_variance(const struct intervals *of, double value, double interval[2]);
+
+/* value exp(-+ t error / value), t of Student's distribution. */
+void intervals_log(double value, double error, double freedom, double interval[2]);
+
+#endif
