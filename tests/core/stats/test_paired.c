@@ -4,6 +4,7 @@
  * found with their size, rates of false findings; and what every long computation promises.
  */
 #include "stats/maps.h"
+#include "stats/paired.h"
 #include "visits.h"
 
 static int differ(const struct visits *v, size_t permutations, uint64_t seed,
@@ -412,6 +413,54 @@ static void wrong_input_is_refused(void **state)
     visits_close(&v);
 }
 
+/* Of 300 studies of n subjects, whose noise is in one direction or in many, those whose interval
+   does not hold the planted change. signal: its square over what noise adds to that of the mean. */
+static size_t missed_changes(size_t n, bool one, double signal, struct test_random *random)
+{
+    const size_t dimensions = 12;
+    double gram[12 * 12], y[12 * 12];
+    double truth = sqrt(signal * (one ? 1.0 : (double)dimensions) / (double)n);
+    struct srnf_paired_options options = srnf_paired_options_defaults();
+    size_t missed = 0;
+
+    options.bootstraps = 200;
+    for (size_t study = 0; study < 300; study++) {
+        struct srnf_paired out = {.n = n};
+        struct paired_run run = {.options = &options, .n = n, .out = &out};
+
+        for (size_t k = 0; k < n * dimensions; k++) {
+            y[k] = one && k % dimensions > 0 ? 0.0 : test_random_normal(random);
+            y[k] += k % dimensions == 0 ? truth : 0.0;
+        }
+        assert_int_equal(stats_gram(n, dimensions, y, gram, NULL), SRNF_OK);
+        run.gram[0] = run.gram[1] = run.gram[2] = gram;
+        options.seed = study;
+        assert_int_equal(paired_bootstrap(&run, NULL), SRNF_OK);
+        assert_true(out.change.interval[0] <= out.change.value &&
+                    out.change.value <= out.change.interval[1]);
+        missed += !(out.change.interval[0] <= truth && truth <= out.change.interval[1]);
+    }
+    return missed;
+}
+
+static void few_subjects_hold_the_change(void **state)
+{
+    static const size_t sizes[] = {5, 8, 12};
+    struct test_random random = test_random_seed(77);
+    size_t most = 0;
+
+    (void)state;
+    for (size_t k = 0; k < 3 * 2 * 4; k++) {
+        double signal = (double[]){0.0, 1.0, 4.0, 25.0}[k / 6];
+        size_t missed = missed_changes(sizes[k % 3], k / 3 % 2, signal, &random);
+
+        printf("# %zu subjects, noise in %s, signal %.0f: of 300 missed %zu\n", sizes[k % 3],
+               k / 3 % 2 ? "one direction" : "many", signal, missed);
+        most = missed > most ? missed : most;
+    }
+    assert_in_range(most, 0, 29); /* one in twenty, exceeded by chance once in 2000 */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -426,6 +475,7 @@ int main(void)
         cmocka_unit_test(pairs_that_are_done_are_kept),
         cmocka_unit_test(stops_when_asked),
         cmocka_unit_test(wrong_input_is_refused),
+        cmocka_unit_test(few_subjects_hold_the_change),
     };
 
     openblas_set_num_threads(1);
