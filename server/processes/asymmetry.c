@@ -23,7 +23,7 @@ static const struct process_input inputs[] = {
 static const struct process_output outputs[] = {
     {"directional", PAIRED_ESTIMATE,
      "{value, interval}: root of the mean square over the surface of the mean displacement from "
-     "left to right, in the units of the input, 95 % by bootstrap of subjects."},
+     "left to right, in the units of the input, 95 %, free of what noise adds."},
     {"fluctuating", PAIRED_ESTIMATE,
      "{value, interval}: standard deviation of the subjects' displacements about it, as those. "
      "What each surface is measured wrongly by is in it: see replicates."},

@@ -20,7 +20,7 @@ static const struct process_input inputs[] = {
 static const struct process_output outputs[] = {
     {"change", PAIRED_ESTIMATE,
      "{value, interval}: root of the mean square over the surface of the mean displacement from "
-     "the first time to the second, in the units of the input, 95 % by bootstrap of subjects."},
+     "the first time to the second, in the units of the input, 95 %, free of what noise adds."},
     {"variation", PAIRED_ESTIMATE,
      "{value, interval}: standard deviation of the subjects' displacements about it, as those."},
     PAIRED_OUTPUTS("change", "the visits of a subject"),

@@ -48,6 +48,9 @@ static const struct process_output outputs[] = {
     {"leastSignificanceInterval", OUTPUT_NUMBERS_OR_NULLS, "As of pValue."},
     {"distance", OUTPUT_NUMBER,
      "That distance, in the L2 norm of SRNFs, without the covariates' part."},
+    {"distanceInterval", OUTPUT_NUMBERS_OR_NULLS,
+     "95 %, of the distance between the means of all who could be sampled: noise makes distances "
+     "larger, and is taken out. [null, null]: the subjects are too few."},
     {"leastSignificance", OUTPUT_NUMBER,
      "Least value of significance on the map: p of the hypothesis that the groups differ nowhere."},
     {"leastFdr", OUTPUT_NUMBER,

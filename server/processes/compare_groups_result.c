@@ -102,6 +102,8 @@ json_t *compare_groups_document(const struct compare *asked,
     (void)json_object_set_new(document, "subjects", json_integer((json_int_t)comparison->subjects));
     (void)json_object_set(document, "groupSizes", json_object_get(cohort, "sizes"));
     (void)json_object_set_new(document, "distance", json_finite(comparison->distance));
+    (void)json_object_set_new(document, "distanceInterval",
+                              json_vector(comparison->distance_interval, 2));
     (void)json_object_set(document, "groups", json_object_get(cohort, "groups"));
     (void)json_object_set(document, "regressedOut", asked->covariates);
     (void)json_object_set_new(document, "map", map_json(maps));

@@ -312,6 +312,8 @@ json_t *paired_run(struct jobs_run *run, const struct paired *asked, const char 
                       "subjects", (json_int_t)asked->n, difference, estimate_json(&found.change),
                       spread, estimate_json(&found.fluctuating), "individual",
                       estimate_json(&found.individual), "share", estimate_json(&found.share));
+        (void)json_object_set_new(document, "distanceInterval",
+                                  json_vector(found.norm_interval, 2));
         permutation_set_p(document, "pValue", found.p_value, &found.test);
         permutation_set_p(document, "leastSignificance", found.max_p_value, &found.test);
         permutation_set_test(document, &found.test);

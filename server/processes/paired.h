@@ -91,6 +91,7 @@ void paired_describe_sides(struct process_inputs *given);
         {"largestEffect", OUTPUT_NUMBER, "Largest value of effect on the map."},                   \
         {"largestConfidence", OUTPUT_NUMBER, "Largest value of confidence on the map."},           \
         {"distance", OUTPUT_NUMBER, "Norm of the mean " difference ", in L2 of SRNFs."},           \
+        {"distanceInterval", OUTPUT_NUMBERS_OR_NULLS, "As in compare-groups."},                    \
         {"individual", PAIRED_ESTIMATE,                                                            \
          "{value, interval}: standard deviation of the subjects, each the mean of its two "        \
          "surfaces, as those above."},                                                             \

@@ -62,7 +62,8 @@ static const struct process_output outputs[] = {
      "[{term, levels, pValue, pValueInterval, correctedP (Holm, of the pairs of the term), r2, "
      "r2Interval, leastSignificance}] of categorical terms of 3 to 6 levels."},
     {"coefficients", OUTPUT_OBJECTS,
-     "[{name, term, norm (of the field, in L2), largestEffect, surface, q}]: the mean surface "
+     "[{name, term, norm (of the field, in L2), normInterval (95 %, free of what noise adds to a "
+     "norm; [null, null]: too few subjects), largestEffect, surface, q}]: the mean surface "
      "with the maps effect, normalEffect (outward positive) and standardError of the displacement "
      "that a unit of the column means, in the units of the input, and significance, fdr, "
      "pointwiseP and statistic of its term. The constant has no surface."},
@@ -72,7 +73,10 @@ static const struct process_output outputs[] = {
      "the width of a 95 % region along the normal that holds at all points together, in the units "
      "of the input."},
     {"residualVariance", OUTPUT_NUMBER, "Squared L2 norm of SRNFs, by its degrees of freedom."},
+    {"residualVarianceInterval", OUTPUT_NUMBERS_OR_NULLS,
+     "95 %, from how subjects differ; [null, null]: they are too few."},
     {"variance", OUTPUT_NUMBER, "Of the subjects about their mean."},
+    {"varianceInterval", OUTPUT_NUMBERS_OR_NULLS, "As of residualVariance."},
     {"residualDegreesOfFreedom", OUTPUT_INTEGER, "Subjects less coefficients."},
     {"members", OUTPUT_INTEGER, "Of the cohort."},
     {"subjects", OUTPUT_INTEGER, "What is compared: the members of each are averaged."},

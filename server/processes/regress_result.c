@@ -259,7 +259,8 @@ static bool set_coefficients(const struct document *d)
         const json_t *column = k ? json_array_get(columns, k - 1) : NULL;
         const char *name = k ? json_string_value(json_object_get(column, "name")) : "Intercept";
         json_t *one =
-            json_pack("{s:s, s:o}", "name", name, "norm", json_finite(d->found->norms[k]));
+            json_pack("{s:s, s:o, s:o}", "name", name, "norm", json_finite(d->found->norms[k]),
+                      "normInterval", json_vector(d->found->norm_intervals + 2 * k, 2));
 
         if (column) {
             size_t term = (size_t)json_integer_value(json_object_get(column, "term"));
@@ -401,7 +402,11 @@ static void set_figures(const struct document *d)
     const struct srnf_regression *found = d->found;
 
     (void)json_object_set_new(d->root, "residualVariance", json_finite(found->residual_variance));
+    (void)json_object_set_new(d->root, "residualVarianceInterval",
+                              json_vector(found->residual_interval, 2));
     (void)json_object_set_new(d->root, "variance", json_finite(found->variance));
+    (void)json_object_set_new(d->root, "varianceInterval",
+                              json_vector(found->variance_interval, 2));
     (void)json_object_set_new(d->root, "residualDegreesOfFreedom",
                               json_integer((json_int_t)found->freedom));
     (void)json_object_set_new(d->root, "members", json_integer((json_int_t)found->n));

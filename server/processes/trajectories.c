@@ -59,12 +59,13 @@ static const struct process_input inputs[] = {
 static const struct process_output outputs[] = {
     {"slope", OUTPUT_OBJECT,
      "The mean slope of all subjects: {rate, variation, individual and share, each {value, "
-     "interval}; distance, pValue, pValueIsFloor, pValueInterval, permutations, relabellings, "
-     "exact, leastSignificance, leastFdr, largestEffect, largestConfidence}. rate: root of the "
+     "interval}; distance, distanceInterval (as in compare-groups), pValue, pValueIsFloor, "
+     "pValueInterval, permutations, relabellings, exact, leastSignificance, leastFdr, "
+     "largestEffect, largestConfidence}. rate: root of the "
      "mean square over the surface of the mean displacement per unit of time; variation: standard "
      "deviation of the subjects' slopes about it, with what each is measured wrongly by; "
      "individual: that of the subjects themselves at the time of reference, no rate; share: of the "
-     "mean in the squares of all slopes, in L2 of SRNFs. 95 % by bootstrap of subjects. pValue: by "
+     "mean in the squares of all slopes, in L2 of SRNFs. 95 %. pValue: by "
      "flips of the signs of whole subjects' slopes."},
     {"reference", OUTPUT_NUMBER, "Time of reference, the mean of the subjects' mean times."},
     {"weighted", OUTPUT_BOOLEAN,
@@ -103,7 +104,9 @@ static const struct process_output outputs[] = {
      "of time), slopeError and slopeConfidence of the slope at these covariates."},
     {"residualVariance", OUTPUT_NUMBER,
      "Of slopes about the model: squared L2 norm of SRNFs, by its degrees of freedom."},
+    {"residualVarianceInterval", OUTPUT_NUMBERS_OR_NULLS, "As in regress."},
     {"variance", OUTPUT_NUMBER, "Of slopes about their mean."},
+    {"varianceInterval", OUTPUT_NUMBERS_OR_NULLS, "As in regress."},
     {"residualDegreesOfFreedom", OUTPUT_INTEGER, "Subjects less coefficients."},
     {"members", OUTPUT_INTEGER, "Of the cohort."},
     {"subjects", OUTPUT_INTEGER, "What is compared: each has a slope."},

@@ -46,8 +46,9 @@ static struct store_maps slope_maps(const struct group_mean *mean, const struct 
 
 static json_t *estimate_json(const struct srnf_estimate *estimate, double scale)
 {
-    return json_pack("{s:o, s:[f, f]}", "value", json_finite(estimate->value * scale), "interval",
-                     estimate->interval[0] * scale, estimate->interval[1] * scale);
+    return json_pack("{s:o, s:[o, o]}", "value", json_finite(estimate->value * scale), "interval",
+                     json_finite(estimate->interval[0] * scale),
+                     json_finite(estimate->interval[1] * scale));
 }
 
 static json_t *slope_json(const struct srnf_paired *slope, size_t points, double scale)
@@ -59,6 +60,9 @@ static json_t *slope_json(const struct srnf_paired *slope, size_t points, double
                   estimate_json(&slope->individual, scale), "share",
                   estimate_json(&slope->share, 1.0), "distance", json_finite(slope->norm * scale));
 
+    (void)json_object_set_new(object, "distanceInterval",
+                              json_pack("[o, o]", json_finite(slope->norm_interval[0] * scale),
+                                        json_finite(slope->norm_interval[1] * scale)));
     permutation_set_p(object, "pValue", slope->p_value, &slope->test);
     permutation_set_p(object, "leastSignificance", slope->max_p_value, &slope->test);
     permutation_set_test(object, &slope->test);

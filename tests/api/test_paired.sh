@@ -69,6 +69,8 @@ compare "$(json '.largestEffect - 0.0977 | fabs')" '<' 0.02 'as large as planted
 is "$(json '[.change, .variation, .individual, .share | .value >= .interval[0] and .value <= .interval[1]] | all')" true \
     'within its interval'
 compare "$(json '.change.interval[0] | real')" '>' 0.03 'which is off 0'
+is "$(json '.distanceInterval[0] > 0 and .distanceInterval[0] < .distance and .distance < .distanceInterval[1]')" true \
+    'as that of the distance'
 is "$(json '[.perSubject[] | .subject, (.field | length)] | unique | length')" 7 'each subject has a field'
 is "$(json '.surface.maps | length')" 8 'the mean has eight maps'
 get "/v1/surfaces/$(json .surface.id)/mesh?format=ply"
