@@ -39,9 +39,9 @@
 
 #define FREEDOM_MIN 3.0
 #define ROUNDING 1e-9
-#define CERTAIN 1e-9    /* 1 - h of a subject whose value the model fixes */
-#define POWER_MIN 0.25  /* of h: a law whose noise is far from its square has no better power */
-#define ALIKE_MIN 1e-3  /* tr C^2 over (tr C)^2: as of a thousand equal variances */
+#define CERTAIN 1e-9   /* 1 - h of a subject whose value the model fixes */
+#define POWER_MIN 0.25 /* of h: a law whose noise is far from its square has no better power */
+#define ALIKE_MIN 1e-3 /* tr C^2 over (tr C)^2: as of a thousand equal variances */
 #define NORMAL 1.959963984540054
 #define ROOT_MIN 0.1 /* of the cube root of a quantile */
 #define DOUBLINGS 1000
@@ -154,8 +154,8 @@ void intervals_variance(const struct intervals *of, double value, double interva
     most = fmax(2.0 / freedom, differ);
     interval[0] /= pow(fmin(cube_root(noise, student), cube_root(most, NORMAL)), 3.0);
     interval[0] = fmin(interval[0], value);
-    interval[1] /= pow(
-        fmax(fmax(cube_root(noise, -student), cube_root(most, -NORMAL)), ROOT_MIN), 3.0);
+    interval[1] /=
+        pow(fmax(fmax(cube_root(noise, -student), cube_root(most, -NORMAL)), ROOT_MIN), 3.0);
 }
 
 /* ---- Norms ----------------------------------------------------------------------------------- */
@@ -263,8 +263,8 @@ static bool measure(const struct intervals *of, const double *weights, const dou
     if (!(noise->freedom >= FREEDOM_MIN * (1.0 - ROUNDING)) || !isfinite(noise->trace)) {
         return false;
     }
-    noise->squares = noise->trace * noise->trace *
-                     alike(noise->trace, squares_of_noise(of, a), noise->freedom);
+    noise->squares =
+        noise->trace * noise->trace * alike(noise->trace, squares_of_noise(of, a), noise->freedom);
     excess = square - noise->trace;
     noise->along = sqrt(noise->squares);
     if (excess > 0.0) {

@@ -139,8 +139,7 @@ static int find_norms(struct paired_run *run, double *counts, double *scratch)
 
     squares_of(run->n, run->gram[1], counts, scratch, &mean2, &about);
     out->change.value = sqrt(mean2);
-    return status ? status
-                  : find_norm(run, run->gram[1], out->change.value, out->change.interval);
+    return status ? status : find_norm(run, run->gram[1], out->change.value, out->change.interval);
 }
 
 int paired_bootstrap(struct paired_run *run, struct srnf_error *error)

@@ -52,8 +52,8 @@ struct srnf_paired {
     double norm;                       /* of the mean difference, in L2 of SRNFs */
     double norm_interval[2]; /* 95 %, as change from no bootstrap (core/stats/intervals.c): NAN
                                 where weights leave fewer than 3 degrees of freedom */
-    double p_value;                    /* of that */
-    double max_p_value;                /* of the largest local statistic */
+    double p_value;          /* of that */
+    double max_p_value;      /* of the largest local statistic */
     /* Roots of mean squares over the surface, in the unit of the sizes: */
     struct srnf_estimate change;      /* of the mean displacement, from the first to the second */
     struct srnf_estimate fluctuating; /* standard deviation of the displacements about it */
