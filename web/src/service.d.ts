@@ -2028,6 +2028,7 @@ export interface components {
             leastSignificanceIsFloor?: boolean;
             leastSignificanceInterval?: (number | null)[];
             distance?: number;
+            distanceInterval?: (number | null)[];
             leastSignificance?: number;
             leastFdr?: number;
             largestEffect?: number;
@@ -2256,7 +2257,9 @@ export interface components {
             coefficients?: Record<string, unknown>[];
             predictions?: Record<string, unknown>[];
             residualVariance?: number;
+            residualVarianceInterval?: (number | null)[];
             variance?: number;
+            varianceInterval?: (number | null)[];
             residualDegreesOfFreedom?: number;
             members?: number;
             subjects?: number;
@@ -2459,6 +2462,7 @@ export interface components {
             largestEffect?: number;
             largestConfidence?: number;
             distance?: number;
+            distanceInterval?: (number | null)[];
             individual?: {
                 value: number | null;
                 interval: number[];
@@ -2534,6 +2538,7 @@ export interface components {
             largestEffect?: number;
             largestConfidence?: number;
             distance?: number;
+            distanceInterval?: (number | null)[];
             individual?: {
                 value: number | null;
                 interval: number[];
@@ -2644,7 +2649,9 @@ export interface components {
             coefficients?: Record<string, unknown>[];
             predictions?: Record<string, unknown>[];
             residualVariance?: number;
+            residualVarianceInterval?: (number | null)[];
             variance?: number;
+            varianceInterval?: (number | null)[];
             residualDegreesOfFreedom?: number;
             members?: number;
             subjects?: number;
