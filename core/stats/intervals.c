@@ -16,11 +16,11 @@
  * degrees of freedom for the normal ones, and 0 where no d is as small.
  *
  * C need not be the same for all subjects: with e the residuals and a_i = c_i^2 / (1 - h_i) it is
- * the sum of a_i e_i e_i' (J. MacKinnon, H. White 1985), whose degrees of freedom are f = (tr A)^2 /
- * tr A^2, A = R diag(a) R (R. Bell, D. McCaffrey, "Bias reduction in standard errors", 2002): for
- * two groups the f of Welch where variances are alike. tr C^2 is freed of what noise adds, (1 + 1 /
- * f) tr C^2 + (tr C)^2 / f, tr C^3 is (tr C^2)^2 / tr C, as of equal variances, and s |b|^2 = b'C b
- * - tr C^2, as b and C are independent.
+ * the sum of a_i e_i e_i' (J. MacKinnon, H. White 1985), whose degrees of freedom are f =
+ * (tr A)^2 / tr A^2, A = R diag(a) R (R. Bell, D. McCaffrey, "Bias reduction in standard errors",
+ * 2002): for two groups the f of Welch where variances are alike. tr C^2 is freed of what noise
+ * adds, (1 + 1 / f) tr C^2 + (tr C)^2 / f, tr C^3 is (tr C^2)^2 / tr C, as of equal variances, and
+ * s |b|^2 = b'C b - tr C^2, as b and C are independent.
  *
  * A residual variance is the sum of |e_i|^2 over n - p, whose variance over its square is v = 2 tr
  * S^2 / ((n - p) (tr S)^2) where noise is normal with the covariance S, and that of the terms

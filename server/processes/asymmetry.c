@@ -75,8 +75,8 @@ const struct api_process asymmetry_process = {
         "The left and the right side of each subject, one of them mirrored, were [registered "
         "to their mean and to each other, and ]compared. Directional asymmetry, the mean of "
         "the differences, was tested by flipping the signs of whole subjects' differences; p at "
-        "each point of the map is corrected for all points by the maximum statistic, and "
-        "intervals come from a bootstrap of subjects",
+        "each point of the map is corrected for all points by the maximum statistic; intervals "
+        "come from a bootstrap of subjects, that of the mean from the distribution of its norm",
     .table = &table,
     .seconds = paired_seconds,
 };

@@ -58,7 +58,8 @@ const struct api_process change_process = {
         "[The two surfaces of each subject were registered to their mean and to each "
         "other. ]The mean of the changes within subjects was tested by flipping the signs of "
         "whole subjects' changes; p at each point of the map is corrected for all points "
-        "by the maximum statistic, and intervals come from a bootstrap of subjects",
+        "by the maximum statistic; intervals come from a bootstrap of subjects, that of the mean "
+        "change from the distribution of its norm",
     .table = &table,
     .seconds = paired_seconds,
 };

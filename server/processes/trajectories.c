@@ -251,8 +251,8 @@ const struct api_process trajectories_process = {
                "weighted by how well each slope is known (two-stage least squares); the mean slope "
                "was tested by sign flips of whole subjects, terms by permutation of residuals "
                "under the reduced model (Freedman and Lane), maps controlled by the maximum "
-               "statistic and by the false discovery rate, and intervals are by bootstrap of "
-               "subjects",
+               "statistic and by the false discovery rate; intervals are by bootstrap of subjects, "
+               "that of the mean slope from the distribution of its norm",
     .table = &table,
     .seconds = regress_seconds,
 };

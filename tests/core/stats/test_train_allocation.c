@@ -70,6 +70,11 @@ static int run_predict(void)
                         NULL, &prediction, evidence, probabilities, NULL);
 }
 
+static int run_check(void)
+{
+    return srnf_classifier_check(&trained.classifier, NULL);
+}
+
 static void numbers_survive(void **state)
 {
     (void)state;
@@ -93,6 +98,7 @@ static void predicting_survives(void **state)
     assert_int_equal(srnf_train(g.sht, N, g.surfaces, labels, 2, &options, NULL, &trained, NULL),
                      SRNF_OK);
     refusing_sweep("predicting", run_predict, 10, 23);
+    refusing_sweep("the check of a classifier", run_check, 1, 1);
     srnf_trained_clear(&trained);
 }
 
