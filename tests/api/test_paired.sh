@@ -127,6 +127,8 @@ cp "$BODY" "$SCRATCH/asymmetry.json"
 compare "$(json '.pValue - 1/32 | fabs')" '<' 1e-12 'is asymmetric'
 compare "$(json '.largestEffect - 0.0977 | fabs')" '<' 0.02 'as large as planted'
 compare "$(json '.directional.value / .fluctuating.value')" '>' 2 'in one direction'
+is "$(json '.distanceInterval[0] > 0 and .distanceInterval[0] < .distance and .distance < .distanceInterval[1]')" true \
+    'whose distance is known within an interval'
 is "$(json '[.inputs.cohort.mirrored | .[]] | map(tostring) | unique | join(" ")')" 'false true' 'the right ones are mirrored'
 cohort sides '[.sides[] | .mirror = (.side == "right")]'
 run asymmetry sides

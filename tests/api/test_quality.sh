@@ -77,6 +77,8 @@ execute compare-groups '{"cohort":"sides","register":false,"permutations":199}'
 is "$STATUS $(json '[.groups, .permutations, .regressedOut] | tojson')" '200 [["L","R"],199,[]]' 'two groups are compared'
 compare "$(json .pValue)" '>=' 0.005 'p has the least that the permutations allow'
 compare "$(json .pValue)" '<=' 1 'and is a probability'
+is "$(json '.distanceInterval[0] >= 0 and .distanceInterval[0] <= .distance and .distance <= .distanceInterval[1]')" true \
+    'the distance lies in its interval'
 is "$(json '[.map.significance, .map.fdr, .map.effect | length == 242] | tojson')" '[true,true,true]' \
     'the map has a value at every node of the grid'
 is "$(json '[.map.significance, .map.fdr | .[] | . > 0 and . <= 1] | length > 0 and all')" true 'of probabilities'

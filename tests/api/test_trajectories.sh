@@ -52,6 +52,8 @@ compare "$(json .slope.pValue)" '<=' 0.02 'they grow'
 compare "$(json '.slope.largestEffect - 0.0929 | fabs')" '<' 0.02 'as fast as planted, in the mean'
 is "$(json '[.slope.rate, .slope.variation, .slope.individual, .slope.share | .value >= .interval[0] and .value <= .interval[1]] | all')" \
     true 'within its interval'
+is "$(json '.slope | .distanceInterval[0] > 0 and .distanceInterval[0] < .distance and .distance < .distanceInterval[1]')" \
+    true 'as that of the distance'
 is "$(json '[(.surface.maps | length), (.terms | length), .model] | tojson')" '[8,0,null]' 'with eight maps and no terms'
 is "$(json '.perSubject | max_by(.oddness | real) | [.subject, .percentile, .speedPercentile] | tojson')" '["s9",95,95]' \
     'the patient who grows fastest is the oddest'
