@@ -24,7 +24,7 @@ static bool is_beside(const json_t *names, const json_t *value)
 }
 
 /* What is looked for first is said first. */
-static const char *const answers[] = {"pValue", "pValueInterval", "distance"};
+static const char *const answers[] = {"pValue", "pValueInterval", "distance", "distanceInterval"};
 
 static bool is_answer(const char *name)
 {

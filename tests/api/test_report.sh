@@ -149,6 +149,7 @@ has = lambda *row: list(row) in [one[:len(row)] for one in reader.cells]
 floor = '≤ ' if results['compare-groups']['pValueIsFloor'] else ''
 check(has('p', floor + six(results['compare-groups']['pValue'])) and has('distance', six(results['compare-groups']['distance'])),
       'p and the distance of the means are those of the API')
+check(any(row and row[0] == '95 % interval of the distance' for row in reader.cells), 'with its interval')
 check(has('1', six(results['pca']['model']['eigenvalues'][0]), six(results['pca']['model']['explained'][0])), 'eigenvalues too')
 accuracy = results['classify']['methods']['harmonic-nn']['accuracy']
 check(any(row[0] == 'harmonic-nn' and six(accuracy) in row for row in reader.cells if row), 'accuracies too')
