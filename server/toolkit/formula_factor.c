@@ -84,21 +84,30 @@ static bool read_truth(struct formula_parser *p)
 static void read_standard(struct formula_parser *p, struct formula_step *step)
 {
     char word[FORMULA_NAME_MAX];
+    bool center = strcmp(step->name, "center") == 0;
+    bool given[3] = {false}; /* center, rescale, ddof */
 
     step->uncentred = false;
-    step->unscaled = strcmp(step->name, "center") == 0;
-    while (!step->unscaled && !p->failed && formula_take(p, ",")) {
+    step->unscaled = center;
+    while (!center && !p->failed && formula_take(p, ",")) {
         bool named = formula_take_word(p, word) && formula_take(p, "=");
+        size_t which = 2;
 
         if (named && strcmp(word, "center") == 0) {
             step->uncentred = !read_truth(p);
+            which = 0;
         } else if (named && (strcmp(word, "rescale") == 0 || strcmp(word, "scale") == 0)) {
             step->unscaled = !read_truth(p);
+            which = 1;
         } else if (named && strcmp(word, "ddof") == 0 && formula_take(p, "1")) {
             step->ddof = 1;
         } else if (!named || strcmp(word, "ddof") != 0 || !formula_take(p, "0")) {
             formula_fail_here(p, "center=, rescale=, ddof=0 or ddof=1");
         }
+        if (given[which] && !p->failed) {
+            formula_fail(p, "has %.20s= twice in %.20s", word, step->name);
+        }
+        given[which] = true;
     }
     if (step->uncentred && step->unscaled) {
         formula_fail(p, "has %.20s without center and rescale, which changes nothing", step->name);
