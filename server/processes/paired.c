@@ -213,8 +213,8 @@ static int compute(struct jobs_run *run, const struct paired *asked, struct grou
 
 static json_t *estimate_json(const struct srnf_estimate *estimate)
 {
-    return json_pack("{s:o, s:[f, f]}", "value", json_finite(estimate->value), "interval",
-                     estimate->interval[0], estimate->interval[1]);
+    return json_pack("{s:o, s:o}", "value", json_finite(estimate->value), "interval",
+                     json_vector(estimate->interval, 2));
 }
 
 static json_t *keep_surface(struct jobs_run *run, const struct group_mean *mean,

@@ -74,7 +74,7 @@ static const struct process_output outputs[] = {
      "of the input."},
     {"residualVariance", OUTPUT_NUMBER, "Squared L2 norm of SRNFs, by its degrees of freedom."},
     {"residualVarianceInterval", OUTPUT_NUMBERS_OR_NULLS,
-     "95 %, from how subjects differ; [null, null]: they are too few."},
+     "95 %; [null, null]: the subjects are too few."},
     {"variance", OUTPUT_NUMBER, "Of the subjects about their mean."},
     {"varianceInterval", OUTPUT_NUMBERS_OR_NULLS, "As of residualVariance."},
     {"residualDegreesOfFreedom", OUTPUT_INTEGER, "Subjects less coefficients."},
