@@ -1,5 +1,5 @@
 /*
- * text.h - sentences in UTF-8 that have no room for all of them.
+ * text.h - sentences in UTF-8 that have no room for all of them, and nouns after a number.
  */
 #ifndef SRNFD_TEXT_H
 #define SRNFD_TEXT_H
@@ -7,6 +7,12 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
+
+/* What a noun ends on after a number: "s" but for one. */
+static inline const char *plural(size_t n)
+{
+    return n == 1 ? "" : "s";
+}
 
 #define TEXT_EACH(byte) (UINT64_C(0x0101010101010101) * (byte)) /* eight of the byte */
 

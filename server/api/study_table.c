@@ -21,6 +21,7 @@
 #include "api/cohorts.h"
 #include "api/numerals.h"
 #include "api/warnings.h"
+#include "text.h"
 
 #define NUMBER_MAX 64  /* bytes of the longest number that is read */
 #define STRAYS_SHOWN 3 /* different texts among numbers that a warning quotes */
@@ -403,9 +404,8 @@ static void warn_of_strays(const struct study_table *table, size_t column, json_
                 "Column %.80s is read as text, since %zu of its cells %s no number%s: %s, line %u "
                 "first. Its other %zu cells are numbers. Correct %s, or leave cells empty or NA "
                 "where nothing is known.",
-                name, strays->others, strays->others == 1 ? "is" : "are",
-                strays->others == 1 ? "" : "s", quoted, line, strays->numbers,
-                strays->others == 1 ? "it" : "them");
+                name, strays->others, strays->others == 1 ? "is" : "are", plural(strays->others),
+                quoted, line, strays->numbers, strays->others == 1 ? "it" : "them");
 }
 
 /* A column of texts: those that may be meant to be the same, and numbers with their unit behind.

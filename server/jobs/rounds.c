@@ -373,7 +373,7 @@ static int fail_poisoned(struct jobs_run *run, const struct jobs_open_round *rou
     (void)snprintf(result->problem_detail, sizeof result->problem_detail,
                    "Task %zu of %zu (%s) was lost %lld times by %zu worker%s, which said: %.*s.",
                    round->poison + 1, round->what->n, round->what->kind->name,
-                   (long long)slot->row.lost, workers, workers == 1 ? "" : "s", (int)REASONS_TOLD,
+                   (long long)slot->row.lost, workers, plural(workers), (int)REASONS_TOLD,
                    reasons[0] ? reasons : "nothing");
     return JOBS_TASK_FAILED;
 }

@@ -2,6 +2,7 @@
  * classify_classes.c - the classes of a cohort, by the labels of its members.
  */
 #include "processes/classify.h"
+#include "text.h"
 
 #include <string.h>
 
@@ -83,9 +84,8 @@ void classify_classes_check(struct process_inputs *given, const json_t *cohort, 
         problem_add(
             given->list, "/inputs/cohort",
             "has %zu subject%s (%zu member%s) with the label \"%.60s\"; each label needs %zu",
-            classes.subjects[smallest], classes.subjects[smallest] == 1 ? "" : "s",
-            classes.sizes[smallest], classes.sizes[smallest] == 1 ? "" : "s",
-            classes.names[smallest], least);
+            classes.subjects[smallest], plural(classes.subjects[smallest]), classes.sizes[smallest],
+            plural(classes.sizes[smallest]), classes.names[smallest], least);
     } else {
         check(given, &classes);
     }

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "text.h"
 #include "toolkit/covariates.h"
 
 /* The constant, the group, and what a covariance of displacements in space needs. */
@@ -144,7 +145,7 @@ static bool set_groups(struct process_inputs *given, const json_t *members, json
         problem_add(
             given->list, "/inputs/cohort",
             "has %zu subject%s of label \"%.60s\" and %zu of \"%.60s\"; each group needs two",
-            count[0], count[0] == 1 ? "" : "s", labels[0], count[1], labels[1]);
+            count[0], plural(count[0]), labels[0], count[1], labels[1]);
         return false;
     }
     return true;
@@ -173,13 +174,12 @@ static void check_subjects(struct process_inputs *given, const json_t *cohort)
         subjects += (size_t)json_integer_value(json_array_get(sizes, i));
     }
     if (covariates > 0) {
-        (void)snprintf(with, sizeof with, "%zu covariate%s", covariates,
-                       covariates == 1 ? "" : "s");
+        (void)snprintf(with, sizeof with, "%zu covariate%s", covariates, plural(covariates));
     }
     if (subjects < SUBJECTS_MIN(covariates)) {
         problem_add(given->list, "/inputs/cohort",
-                    "has %zu subject%s, too few for %s: %zu are needed", subjects,
-                    subjects == 1 ? "" : "s", with, SUBJECTS_MIN(covariates));
+                    "has %zu subject%s, too few for %s: %zu are needed", subjects, plural(subjects),
+                    with, SUBJECTS_MIN(covariates));
     }
 }
 

@@ -12,6 +12,7 @@
 
 #include "api/models.h"
 #include "compute/model.h"
+#include "text.h"
 #include "toolkit/mean.h"
 #include "toolkit/seconds.h"
 #include "toolkit/typicality.h"
@@ -96,8 +97,8 @@ static void check_subjects(struct process_inputs *given, const char *pointer, si
                     n, PROCESS_GROUP_MAX);
     } else if (count < 3) {
         problem_add(given->list, pointer,
-                    "has %zu surfaces of %zu subjects; leaving one out takes three at least", n,
-                    count);
+                    "has %zu surface%s of %zu subject%s; leaving one out takes three at least", n,
+                    plural(n), count, plural(count));
     } else if (asked > (json_int_t)(n - largest) - 1) {
         problem_add(given->list, "/inputs/components",
                     "is %lld; without a subject of %zu of the %zu surfaces there are at most %zu "

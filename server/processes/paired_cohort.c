@@ -21,6 +21,7 @@
 
 #include "store/mesh.h"
 #include "store/surface.h"
+#include "text.h"
 
 #define POINTER "/inputs/cohort"
 #define NONE SIZE_MAX
@@ -171,8 +172,8 @@ static bool find_places(struct pairing *p, const char *const names[2])
         return false;
     }
     if (whole < SRNF_PAIRS_MIN) {
-        problem_add(p->given->list, POINTER, "has %zu pairs of %s and %s; %zu are needed", whole,
-                    names[0], names[1], SRNF_PAIRS_MIN);
+        problem_add(p->given->list, POINTER, "has %zu pair%s of %s and %s; %zu are needed", whole,
+                    plural(whole), names[0], names[1], SRNF_PAIRS_MIN);
     }
     return whole >= SRNF_PAIRS_MIN;
 }

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "compute/seconds.h"
+#include "text.h"
 #include "toolkit/assessment.h"
 #include "toolkit/handedness.h"
 #include "toolkit/model.h"
@@ -163,8 +164,8 @@ static void check_priors(struct process_inputs *given, const struct store_model 
     }
     if (found == json_array_size(classes) && found < json_object_size(priors)) {
         problem_add(given->list, "/inputs/priors",
-                    "has %zu classes; the classifier has %zu of them", json_object_size(priors),
-                    found);
+                    "has %zu class%s; the classifier has %zu of them", json_object_size(priors),
+                    json_object_size(priors) == 1 ? "" : "es", found);
     }
     json_decref(record);
 }

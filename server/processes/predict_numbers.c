@@ -10,6 +10,7 @@
 
 #include "api/warnings.h"
 #include "processes/classify_parts.h"
+#include "text.h"
 #include "toolkit/covariates.h"
 
 /* ---- Inputs ---------------------------------------------------------------------------------- */
@@ -101,7 +102,7 @@ static void check_given(struct process_inputs *given, const json_t *names, size_
                     "has objects of covariates for %zu %s; there %s %zu, and the classifier "
                     "needs %zu covariate%s of each, \"%.60s\" first",
                     json_array_size(all), several ? "subjects" : "surfaces", n == 1 ? "is" : "are",
-                    n, json_array_size(names), json_array_size(names) == 1 ? "" : "s",
+                    n, json_array_size(names), plural(json_array_size(names)),
                     json_string_value(json_array_get(names, 0)));
         return;
     }

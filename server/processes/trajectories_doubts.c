@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "api/warnings.h"
+#include "text.h"
 #include "toolkit/dates.h"
 #include "toolkit/outliers.h"
 
@@ -51,7 +52,7 @@ static const char *more_of(size_t more, char text[64])
 {
     text[0] = '\0';
     if (more > 0) {
-        (void)snprintf(text, 64, " (and %zu more subject%s)", more, more == 1 ? "" : "s");
+        (void)snprintf(text, 64, " (and %zu more subject%s)", more, plural(more));
     }
     return text;
 }

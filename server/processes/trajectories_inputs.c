@@ -3,6 +3,7 @@
  * visits with their times, a formula that may be left out, and points with a time.
  */
 #include "processes/trajectories.h"
+#include "text.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -222,7 +223,7 @@ static bool check_subjects(struct process_inputs *given, const json_t *members, 
     }
     if (subjects < SRNF_PAIRS_MIN) {
         problem_add(given->list, POINTER, "has %zu subject%s; %zu are needed", subjects,
-                    subjects == 1 ? "" : "s", SRNF_PAIRS_MIN);
+                    plural(subjects), SRNF_PAIRS_MIN);
     }
     return subjects >= SRNF_PAIRS_MIN;
 }

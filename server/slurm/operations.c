@@ -11,6 +11,7 @@
 
 #include "clock.h"
 #include "log.h"
+#include "text.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -181,7 +182,7 @@ static void notice_silent(struct slurm *slurm)
             char trouble[SLURM_WHY_MAX];
 
             (void)snprintf(trouble, sizeof trouble, "%zu pilot%s gave no sign for long", o->fewest,
-                           o->fewest == 1 ? "" : "s");
+                           plural(o->fewest));
             LOG_WARN("pilots-silent", log_text("job", o->job),
                      log_number("pilots", (double)o->fewest));
             o->silent = o->fewest;

@@ -4,6 +4,7 @@
  */
 #include "toolkit/design.h"
 
+#include "text.h"
 #include "toolkit/design_columns.h"
 #include "toolkit/group.h"
 
@@ -78,7 +79,7 @@ static void refuse_many(const struct design_build *build, const struct design_co
     if (subjects <= SUBJECTS_BESIDE) {
         problem_add(build->given->list, "/inputs/cohort",
                     "has %zu subject%s; a formula of one column needs %zu at least", subjects,
-                    subjects == 1 ? "" : "s", SUBJECTS_BESIDE + 1);
+                    plural(subjects), SUBJECTS_BESIDE + 1);
         return;
     }
     problem_add(build->given->list, DESIGN_POINTER,

@@ -10,6 +10,7 @@
 
 #include "api/alike.h"
 #include "api/cohorts.h"
+#include "text.h"
 #include "toolkit/covariates.h"
 #include "toolkit/group.h"
 
@@ -380,9 +381,8 @@ static bool read_levels(struct design_build *build, struct design_factor *factor
     note_texts(build, factor, seen);
     if (json_object_size(seen) < 2 || json_object_size(seen) > DESIGN_LEVELS_MAX) {
         problem_add(build->given->list, POINTER, "\"%.60s\" has %zu level%s; 2 to %d are needed%s",
-                    factor->source->name, json_object_size(seen),
-                    json_object_size(seen) == 1 ? "" : "s", DESIGN_LEVELS_MAX,
-                    why_levels(build, factor, why));
+                    factor->source->name, json_object_size(seen), plural(json_object_size(seen)),
+                    DESIGN_LEVELS_MAX, why_levels(build, factor, why));
         good = false;
     }
     good = good && sort_levels(build, factor, seen);

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "api/cohorts.h"
+#include "text.h"
 #include "toolkit/routes.h"
 #include "store/cohort.h"
 #include "store/mesh.h"
@@ -51,8 +52,8 @@ static bool check_count(struct process_inputs *inputs, const struct process_inpu
                         const char *pointer, size_t count)
 {
     if (count < least_of(input) || count > most_of(input)) {
-        problem_add(inputs->list, pointer, "has %zu surfaces; it must have from %zu to %zu", count,
-                    least_of(input), most_of(input));
+        problem_add(inputs->list, pointer, "has %zu surface%s; it must have from %zu to %zu", count,
+                    plural(count), least_of(input), most_of(input));
         return false;
     }
     return true;

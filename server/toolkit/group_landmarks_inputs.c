@@ -4,6 +4,7 @@
  * Canonical: null, or an object with vertices or points, weight ("exact" or a number) and heldOut,
  * in rising order.
  */
+#include "text.h"
 #include "toolkit/group_landmarks.h"
 
 #include <math.h>
@@ -51,8 +52,9 @@ static json_t *read_lists(struct process_inputs *inputs, const json_t *value)
             char pointer[64];
 
             (void)snprintf(pointer, sizeof pointer, POINTER "/%s", name);
-            problem_add(inputs->list, pointer, "has %zu points, and the list before all has %zu",
-                        json_array_size(points), json_array_size(json_array_get(value, 0)));
+            problem_add(inputs->list, pointer, "has %zu point%s, and the list before all has %zu",
+                        json_array_size(points), plural(json_array_size(points)),
+                        json_array_size(json_array_get(value, 0)));
             json_decref(points);
             points = NULL;
         }
@@ -215,8 +217,8 @@ void group_landmarks_complete(struct process_inputs *inputs)
     }
     landmarks_exclude(inputs, "register", false);
     if (points && json_array_size(points) != n) {
-        problem_add(inputs->list, POINTER "/points", "has %zu lists for %zu members",
-                    json_array_size(points), n);
+        problem_add(inputs->list, POINTER "/points", "has %zu list%s for %zu members",
+                    json_array_size(points), plural(json_array_size(points)), n);
         return;
     }
     check_members(inputs, landmarks);

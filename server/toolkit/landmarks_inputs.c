@@ -13,6 +13,7 @@
 #include "api/auth.h"
 #include "store/mesh.h"
 #include "store/surface.h"
+#include "text.h"
 
 #define POINTER "/inputs/landmarks"
 #define VERTEX_MAX 2147483647
@@ -150,8 +151,9 @@ static json_t *read_members(struct process_inputs *inputs, const json_t *value,
     json_t *held = NULL, *all = NULL;
 
     if (lists[0] && lists[1] && json_array_size(lists[0]) != json_array_size(lists[1])) {
-        problem_add(inputs->list, POINTER, "has %zu points of %s and %zu of %s: they correspond",
-                    json_array_size(lists[0]), names[0], json_array_size(lists[1]), names[1]);
+        problem_add(inputs->list, POINTER, "has %zu point%s of %s and %zu of %s: they correspond",
+                    json_array_size(lists[0]), plural(json_array_size(lists[0])), names[0],
+                    json_array_size(lists[1]), names[1]);
     } else if (lists[0] && lists[1]) {
         held = landmarks_read_held_out(inputs, json_object_get(value, "heldOut"),
                                        json_array_size(lists[0]));

@@ -137,7 +137,7 @@ refused '{"vertices":[1,[0,0,0]]}' /vertices 'numbers of vertices' 'one position
 refused '{"vertices":[1,1]}' /vertices/1 'landmark 0' 'a vertex twice'
 refused '{"vertices":[1,99999999]}' /vertices/1 'member 0' 'a vertex that is not there'
 refused '{"points":[[1,2],[1,2]]}' /points '2 lists for 3 members' 'too few lists'
-refused '{"points":[[1,2],[1],[1,2]]}' /points/1 'has 1 points' 'a list that is shorter'
+refused '{"points":[[1,2],[1],[1,2]]}' /points/1 'has 1 point, ' 'a list that is shorter'
 refused '{"points":[[1,2],[1,2],[1,-2]]}' /points/2/1 'number of a vertex' 'what is no point'
 refused '{"vertices":[1],"weight":0}' /weight 'above 0' 'no weight'
 refused '{"vertices":[1],"heldOut":[1]}' /heldOut 'each once' 'a landmark that there is not'
