@@ -243,6 +243,19 @@ static bool check_covariances(const struct kept *kept, char why[API_WHY_MAX])
     return status == SRNF_OK;
 }
 
+/* Probabilities are given by the names of classes. */
+static bool check_names(const struct kept *kept, char why[API_WHY_MAX])
+{
+    for (size_t c = 1; c < kept->classes; c++) {
+        if (kept_class(kept, kept->names[c]) < c) {
+            (void)snprintf(why, API_WHY_MAX, "two of its classes are called \"%.60s\"",
+                           kept->names[c]);
+            return false;
+        }
+    }
+    return true;
+}
+
 bool predict_model_fits(const struct store_model *model, char why[API_WHY_MAX])
 {
     struct kept kept = {.model = {.stored = *model}};
@@ -255,7 +268,7 @@ bool predict_model_fits(const struct store_model *model, char why[API_WHY_MAX])
         for (size_t part = 0; part < kept.model.joint.n_parts; part++) {
             good = good && model_template(kept.record, part);
         }
-        good = good && check_covariances(&kept, why);
+        good = good && check_names(&kept, why) && check_covariances(&kept, why);
     }
     kept.model = (struct compute_model){.pca = {.n = 0}}; /* it was borrowed */
     kept_clear(&kept);

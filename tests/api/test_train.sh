@@ -249,8 +249,8 @@ token() { "$SRNFD" token add --data "$SCRATCH/owners" --name "$1" 2>/dev/null; }
 ADA=$(token ada)
 BOB=$(token bob)
 start_server "$SCRATCH/owners" || exit 1
-bob() { # PATTERN BY: bob sends the classifier with that changed
-    tests/support/forge_model.py "$SCRATCH/study.zip" "$SCRATCH/forged.zip" replace "$1" "$2" >"$SCRATCH/forged"
+bob() { # PATTERN BY [everywhere]: bob sends the classifier with that changed
+    tests/support/forge_model.py "$SCRATCH/study.zip" "$SCRATCH/forged.zip" "${3:-replace}" "$1" "$2" >"$SCRATCH/forged"
     post /v1/imports --data-binary "@$SCRATCH/forged.zip" -H 'Content-Type: application/zip' -H "Authorization: Bearer $BOB"
 }
 while IFS='#' read -r pattern by what; do
@@ -275,6 +275,9 @@ DAMAGE
 bob '"covariances":\[\[\[' '"covariances":[[[-'
 like "$(json '.refused[0].detail')" 'cannot be used: the covariance of its class(es|) .*is not positive definite$' \
     'and told what is wrong with it'
+bob '"flat"(?!:)' '"round"' everywhere
+like "$STATUS $(json '.refused[0].detail')" '^422 .*cannot be used: two of its classes are called "round"$' \
+    'refused: two classes of one name'
 # A template is a surface: with that of another the sender would learn how far his own are from it.
 post_json /v1/surfaces "$(shape 77 round)" -H "Authorization: Bearer $ADA"
 OTHERS=$(json .id)

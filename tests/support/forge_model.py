@@ -2,8 +2,8 @@
 """forge_model.py IN.zip OUT.zip WHAT [PATTERN BY] - the zip of a model with one thing changed, under the id that follows.
 
 WHAT is record (no object), infinite (a number of the mean field), parts (which the numbers do not fit), mean (a surface
-that nobody has), degree (that of the model), alone (the model without its surfaces) or replace (the first match of a regular
-expression in the record, by another text). An id is a hash that anybody can make.
+that nobody has), degree (that of the model), alone (the model without its surfaces), replace (the first match of a regular
+expression in the record, by another text) or everywhere (all matches). An id is a hash that anybody can make.
 """
 
 import hashlib
@@ -24,9 +24,9 @@ def main(source, target, what, pattern="", by=""):
     model = study["models"][0]
     with zipfile.ZipFile(io.BytesIO(files.pop(model["file"]))) as archive:
         arrays = {name: bytearray(archive.read(name)) for name in ARRAYS if name in archive.namelist()}
-    if what == "replace":
-        model["record"], count = re.subn(pattern, by, model["record"], count=1)
-        assert count == 1, "nothing matches " + pattern
+    if what in ("replace", "everywhere"):
+        model["record"], count = re.subn(pattern, by, model["record"], count=int(what == "replace"))
+        assert count > 0, "nothing matches " + pattern
     identity = re.sub(r'"job":"job-[0-9a-f-]*",', "", model["record"])
     if what == "record":
         model["record"], identity = "null", ""
