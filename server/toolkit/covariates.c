@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "api/cohorts.h"
 #include "api/warnings.h"
@@ -195,10 +196,38 @@ const struct input_own covariates_names = {
 
 /* ---- What they leave of the groups ----------------------------------------------------------- */
 
+/* The first of those before covariate j that alone tells it; j where it takes several. */
+static size_t told_by(size_t n, const double *columns, size_t j, double *pair)
+{
+    enum srnf_covariate verdicts[2] = {SRNF_COVARIATE_FREE, SRNF_COVARIATE_FREE};
+
+    memcpy(pair + n, columns + j * n, n * sizeof *pair);
+    for (size_t k = 0; k < j; k++) {
+        memcpy(pair, columns + k * n, n * sizeof *pair);
+        if (srnf_covariates_check(2, n, pair, verdicts) == 0 &&
+            verdicts[1] == SRNF_COVARIATE_FOLLOWS) {
+            return k;
+        }
+    }
+    return j;
+}
+
+static void tell_of(struct process_inputs *inputs, const char *pointer, const char *name,
+                    const char *by)
+{
+    if (by) {
+        problem_add(inputs->list, pointer,
+                    "\"%.60s\" follows from \"%.60s\": leave one of them out", name, by);
+    } else {
+        problem_add(inputs->list, pointer,
+                    "\"%.60s\" follows from those before it together: leave it out", name);
+    }
+}
+
 void covariates_check(struct process_inputs *inputs, const json_t *names, const json_t *values)
 {
     size_t m = json_array_size(values), n = json_array_size(json_array_get(values, 0));
-    double *columns = m > 0 && n > 0 ? srnf_alloc(m * n, sizeof *columns) : NULL;
+    double *columns = m > 0 && n > 0 ? srnf_alloc((m + 2) * n, sizeof *columns) : NULL;
     enum srnf_covariate *verdicts = columns ? srnf_alloc(m, sizeof *verdicts) : NULL;
 
     for (size_t k = 0; verdicts && k < m * n; k++) {
@@ -208,17 +237,18 @@ void covariates_check(struct process_inputs *inputs, const json_t *names, const 
         goto out; /* without memory the comparison itself says so */
     }
     for (size_t j = 0; j < m; j++) {
-        const char *name = json_string_value(json_array_get(names, j));
+        const char *name = json_string_value(json_array_get(names, j)), *by;
         char pointer[64];
+        size_t first;
 
         (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", j);
         if (verdicts[j] == SRNF_COVARIATE_CONSTANT) {
             problem_add(inputs->list, pointer,
                         "\"%.60s\" is the same for all members: leave it out", name ? name : "");
         } else if (verdicts[j] == SRNF_COVARIATE_FOLLOWS) {
-            problem_add(inputs->list, pointer,
-                        "\"%.60s\" follows from the covariates before it: leave it out",
-                        name ? name : "");
+            first = told_by(n, columns, j, columns + m * n);
+            by = json_string_value(json_array_get(names, first));
+            tell_of(inputs, pointer, name ? name : "", first < j && by ? by : NULL);
         }
     }
 out:

@@ -138,6 +138,10 @@ refused '.[:8]' '/inputs/cohort has 2 subjects .2 members. with the label .low.;
 refused '[.[] | .label = "low"]' '/inputs/cohort has one label only'
 refused . '/inputs/covariates/0 .*no covariate "weight"' ',"covariates":["weight"]'
 refused . '/inputs/covariates/0 .*same' ',"covariates":["one"]'
+refused '[.[] | .covariates.days = 365 * .covariates.age]' '/inputs/covariates/1 "days" follows from "age": leave one of' \
+    ',"covariates":["age","days"]'
+refused '[to_entries[] | .value + {covariates: (.value.covariates + {at: (.key / 2 | floor)} | .sum = .age + .at)}]' \
+    '/inputs/covariates/2 "sum" follows from those before it together' ',"covariates":["age","at","sum"]'
 refused '.[3].covariates.age = 7' '/inputs/covariates "age" differs between the members of subject "s1"' ',"covariates":["age"]'
 refused '.[].covariates.age = true | .[3].covariates.age = false' '/inputs/covariates "age" differs between the members of subject "s1"' ',"covariates":["age"]'
 refused '.[6].covariates.age = "old" | .[7].covariates.age = "old"' '/inputs/covariates/0 "age" of subject "s3" is the text "old"' ',"covariates":["age"]'
