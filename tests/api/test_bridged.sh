@@ -108,17 +108,20 @@ like "$(json '.warnings[] | select(.code == "mixed-routes") | .detail')" "1 by s
 
 # ---- kill -9 -------------------------------------------------------------------------------------------
 
+# The first checkpoint comes after a second. With two workers the job is nearly done then; one has half of it to do.
 if [ -z "$SRNFD_SANITIZED" ]; then
-    GROUP="{\"surfaces\":[$(by STAR 0 2),$(by AREA 1 3)],\"mixedRoutes\":true}"
+    GROUP="{\"surfaces\":[$(by STAR 0 2 4),$(by AREA 1 3)],\"mixedRoutes\":true}"
+    stop_server
+    start_server "$SCRATCH/data" --workers 1 || exit 1
     execute distances "$GROUP" --header 'Prefer: respond-async'
     JOB=$(json .id)
     for _ in $(seq 6000); do
-        get "/v1/jobs/$JOB"
-        [ "$(json '.progress >= 45 or .status == "failed" or .status == "successful"')" = true ] &&
-            grep -q "\"job-checkpoint\".*$JOB" "$SERVER_LOG" && break
+        grep -qE "\"job-(checkpoint|successful|failed)\".*$JOB" "$SERVER_LOG" && break
         sleep 0.02
     done
-    is "$(json .status)" running 'distances that are bridged tell of their progress'
+    get "/v1/jobs/$JOB"
+    is "$(json '.status, (.progress | real > 0 and . < 100)' | tr '\n' ' ')" 'running true ' \
+        'distances that are bridged tell of their progress'
     kill_server
     start_server "$SCRATCH/data" --workers 2 || exit 1
     poll_job "$JOB" 400
@@ -128,7 +131,7 @@ if [ -z "$SRNFD_SANITIZED" ]; then
     compare "$(((${resumed%% *} - 32) / 24))" '>=' 1 'from the pairs that were kept'
     get "/v1/jobs/$JOB/results"
     RESUMED=$(json '.matrix | tojson')
-    execute distances "{\"surfaces\":[$(by AREA 0 2 1 3)]}" --header 'Prefer: wait=100'
+    execute distances "{\"surfaces\":[$(by AREA 0 2 4 1 3)]}" --header 'Prefer: wait=100'
     is "$RESUMED" "$(json '.matrix | tojson')" 'to the same numbers'
 else
     skip 'distances are killed' 'slow under a sanitizer'
