@@ -137,6 +137,23 @@ END
     : >"$SCRATCH/log"
     install_deps --tests
     is "$RESULT:$(cat "$SCRATCH/log")" '0:' 'and a second run does nothing'
+
+    echo gojq >>"$SCRATCH/known"
+    rm "$FAKE/dpkg"
+    tool dpkg </dev/null
+    install_deps --tests
+    is "$RESULT" 0 'where gojq cannot be unpacked everything else goes on'
+    like "$OUTPUT" 'gojq cannot be had' 'and it says so'
+    like "$LOG" 'download gojq' 'which was tried'
+    rm "$FAKE/dpkg"
+    tool dpkg <<'END'
+mkdir -p usr/bin && sed 1q /dev/null >usr/bin/gojq && chmod +x usr/bin/gojq
+END
+    install_deps --tests
+    check 'where it can, its program is in the folder' test -x "$SCRATCH/tools/usr/bin/gojq"
+    : >"$SCRATCH/log"
+    install_deps --tests
+    is "$RESULT:$(cat "$SCRATCH/log")" '0:' 'and a second run downloads nothing'
     tool nginx </dev/null
 fi
 

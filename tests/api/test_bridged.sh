@@ -17,7 +17,7 @@ encode() { # MESH OPTIONS: sets ID
     ID=$(json .surface.id)
 }
 warned() { # the figures of the warning, or nothing
-    json '.warnings[] | select(.code == "mixed-routes") | .figures | tojson'
+    json_in_order '.warnings[] | select(.code == "mixed-routes") | .figures | tojson'
 }
 by() { # ROUTE INDEX..: their ids as members of an array
     local -n ids=$1

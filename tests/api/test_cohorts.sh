@@ -20,7 +20,7 @@ post_json /v1/cohorts "{\"name\":\"study.1\",\"members\":$MEMBERS}"
 is "$STATUS $(header Location)" '201 /v1/cohorts/study.1' 'a cohort is made'
 is "$(json '[.memberCount, .members[0].id, .members[1].id] | tojson')" "[2,\"$SURFACE\",\"$MESH\"]" \
     'its members are in order'
-is "$(json '.members[0].covariates | tojson')" '{"age":41.5,"sex":"f"}' 'with their covariates'
+is "$(json_in_order '.members[0].covariates | tojson')" '{"age":41.5,"sex":"f"}' 'with their covariates'
 is "$(json '.members[1] | [.label, .subject, .covariates] | tojson')" '[null,"s2",{}]' \
     'and what was left out is null or empty'
 post_json /v1/cohorts "{\"name\":\"empty\",\"members\":[{\"id\":\"$MESH\",\"label\":\"\",\"subject\":\" \",\"covariates\":{\"site\":\"\",\"age\":\" \\t\"}}]}"

@@ -17,7 +17,7 @@ run() { # PROCESS INPUTS
 
 # The warnings of a code in the last body, or none.
 warned() { # CODE
-    json "[.warnings[] | select(.code == \"$1\")]"
+    json_in_order "[.warnings[] | select(.code == \"$1\")]"
 }
 
 count() { # CODE
@@ -87,7 +87,7 @@ is "$STATUS" 200 'go with its members'
 HIGH=("$(encode "${MESH[0]}" 9)" "$(encode "${MESH[1]}" 9)")
 run distances "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${HIGH[0]}\"],\"register\":false}"
 is "$STATUS $(count mixed-degrees)" '200 1' 'surfaces of two degrees are warned of'
-is "$(warned mixed-degrees | jq -c '.[0].figures')" '{"lowest":6,"highest":9}' 'with the figures'
+is "$(warned mixed-degrees | command jq -c '.[0].figures')" '{"lowest":6,"highest":9}' 'with the figures'
 run distances "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\"],\"register\":false}"
 is "$STATUS $(count mixed-degrees)" '200 0' 'those of one are not'
 run mean "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${HIGH[0]}\"],\"register\":false}"
@@ -100,7 +100,7 @@ post_json /v1/cohorts "{\"name\":\"degrees\",\"members\":[{\"id\":\"${UNIT[2]}\"
     {\"id\":\"${HIGH[0]}\",\"label\":\"pat\"},{\"id\":\"${UNIT[3]}\",\"label\":\"ctl\"},
     {\"id\":\"${HIGH[1]}\",\"label\":\"pat\"},{\"id\":\"${UNIT[0]}\",\"label\":\"ctl\"}]}"
 run compare-groups '{"cohort":"degrees","register":false,"permutations":9}'
-is "$STATUS $(warned mixed-degrees | jq -c '.[0].figures')" '200 {"lowest":6,"highest":9,"labels":["ctl","pat"]}' \
+is "$STATUS $(warned mixed-degrees | command jq -c '.[0].figures')" '200 {"lowest":6,"highest":9,"labels":["ctl","pat"]}' \
     'and where the degree goes with the label, that is said'
 like "$(warned mixed-degrees | jq -r '.[0].detail')" 'goes with the label: up to 6 for ctl, from 9 for pat' 'in words too'
 

@@ -149,7 +149,7 @@ compare "$(json '.positions.variance')" '<' 0.001 'and both sides are alike, whi
 # mean of the three turns has normals that no surface has.
 ellipsoid() { # NAME STRETCH SIGNS
     post /v1/surfaces -H 'Content-Type: application/json' \
-        --data "$(jq -nc --argjson s "$2" --argjson sign "[$3]" 'def only(k; v): [range(25) | if . == k then v else 0 end];
+        --data "$(jq -nc --argjson s "0$2" --argjson sign "[$3]" 'def only(k; v): [range(25) | if . == k then v else 0 end];
             {coefficients: {lmax: 4, x: only(3; 3 * $sign[0]), y: only(1; 2 * $sign[1]), z: only(2; (1 + $s) * $sign[2])}}')"
     SURFACE[$1]=$(json .id)
 }

@@ -81,7 +81,7 @@ done
 execute encode "{\"mesh\":\"$THERE\",\"lmax\":5,\"smoothing\":0}"
 is "$STATUS $(json .surface.id)" "200 $OF_THERE" 'made again it is the same'
 execute distances "{\"surfaces\":[\"$OF_HERE\",\"$OF_THERE\",\"$OF_AGAIN\"],\"register\":false}"
-is "$STATUS $(json '[.matrix[0][1], ([.warnings[] | select(.code == "duplicate-content") | .figures] | tojson)] | join(" ")')" \
+is "$STATUS $(json_in_order '[.matrix[0][1], ([.warnings[] | select(.code == "duplicate-content") | .figures] | tojson)] | join(" ")')" \
     "200 0 [{\"members\":[0,1],\"content\":\"$OF_HERE\"},{\"members\":[0,2],\"content\":\"$OF_HERE\"}]" \
     'copies are known as copies all the same'
 execute mean "{\"surfaces\":[\"$THERE\",\"$HERE\"],\"register\":false}"

@@ -59,7 +59,7 @@ is "$(json '[.terms[0].map.significance, .terms[0].map.fdr, .terms[0].map.statis
     'each term has a map'
 is "$(json '[.pairwise[] | .levels | join(" ")] | join(",")')" 'A B,A C,B C' 'three levels are compared pair by pair'
 is "$(json '[.pairwise[] | .correctedP >= .pValue] | all')" true 'with corrected p'
-is "$(json '[.predictions[].at] | tojson')" '[{"age":45,"site":"A","treated":"false"},{"age":70,"site":"B","treated":"true"}]' \
+is "$(json_in_order '[.predictions[].at] | tojson')" '[{"age":45,"site":"A","treated":"false"},{"age":70,"site":"B","treated":"true"}]' \
     'predictions say where they are'
 compare "$(json '[.predictions[].relativeEnergy | real] | max')" '<' 0.01 'as surfaces that exist'
 is "$(json '[.predictions[1].surface.maps, (.coefficients[1].surface.maps | length)] | tojson')" '[["standardError","confidence"],7]' \
@@ -137,7 +137,7 @@ post_json /v1/cohorts "{\"name\":\"dated\",\"members\":$(jq -c 'to_entries | map
     month: (201900 + $i % 5 * 100 + 1 + $i % 3),
     volume: (20200229 + $i * 13 % 18 * 10000)})' <<<"$MEMBERS")}"
 execute regress '{"cohort":"dated","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ volume + month"}'
-is "$STATUS $(json '[.warnings[] | select(.code == "covariate-is-date") | .figures] | tojson')" \
+is "$STATUS $(json_in_order '[.warnings[] | select(.code == "covariate-is-date") | .figures] | tojson')" \
     '200 [{"covariate":"month","format":"YYYYMM","first":201901,"last":202303,"members":18}]' 'months as numbers are warned of'
 execute compare-groups '{"cohort":"dated","register":false,"permutations":9,"covariates":["age","month"]}'
 is "$STATUS $(json '[.warnings[] | select(.code == "covariate-is-date") | .figures.covariate] | tojson')" '200 ["month"]' \
@@ -147,7 +147,7 @@ is "$STATUS $(json '[.warnings[] | select(.code == "covariate-is-date") | .figur
 post_json /v1/cohorts "{\"name\":\"mixed\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value | .covariates += {
     stage: (if $i % 2 == 0 then "unclear" else "\($i / 2 | floor | . % 2)" end), years: (if $i < 6 then "unknown" else "\(40 + $i)" end)})' <<<"$MEMBERS")}"
 execute regress '{"cohort":"mixed","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ stage"}'
-is "$STATUS $(json '[.warnings[] | select(.code == "column-is-text") | .figures] | tojson')" \
+is "$STATUS $(json_in_order '[.warnings[] | select(.code == "column-is-text") | .figures] | tojson')" \
     '200 [{"cell":"unclear","column":"stage","numbers":9,"others":9}]' 'a covariate of numbers and texts that counts as levels is told'
 is "$(json '.inputs.cohort.design | has("mixed")')" false 'as a warning alone'
 execute regress '{"cohort":"mixed","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ C(stage)"}'
@@ -161,16 +161,16 @@ post_json /v1/cohorts "{\"name\":\"alike\",\"members\":$(jq -c 'to_entries | map
     | .label = ["Patient", " patient"][$i % 2] | .covariates += {centre: ["North 1", "north1", "South"][$i % 3],
     stage: ["50 y", "60 y"][$i % 2], scanner: ["A", "NA", "B"][$i % 3], huge: (if $i == 4 then 1e308 else $i end)})' <<<"$MEMBERS")}"
 execute regress '{"cohort":"alike","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ centre + stage"}'
-is "$STATUS $(json '[.warnings[] | select(.code == "labels-alike") | .figures] | tojson')" \
+is "$STATUS $(json_in_order '[.warnings[] | select(.code == "labels-alike") | .figures] | tojson')" \
     '200 [{"of":"centre","texts":["North 1","north1"]}]' 'levels that are alike are told, labels that do not count are not'
 is "$(json '[.warnings[] | select(.code == "column-is-text") | .figures | [.column, .unit, .cells]] | tojson')" \
     '[["stage","y",["50 y","60 y"]]]' 'so are numbers with a unit'
 is "$(json '.inputs.cohort.design | has("alike")')" false 'as warnings alone'
 execute compare-groups '{"cohort":"alike","register":false,"permutations":9}'
-is "$STATUS $(json '[.warnings[] | select(.code == "labels-alike") | .figures] | tojson')" \
+is "$STATUS $(json_in_order '[.warnings[] | select(.code == "labels-alike") | .figures] | tojson')" \
     '200 [{"of":"label","texts":["Patient"," patient"]}]' 'and labels that are compared'
 execute regress '{"cohort":"alike","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ scanner"}'
-is "$STATUS $(json '[.warnings[] | select(.code == "level-says-missing") | .figures] | tojson')" \
+is "$STATUS $(json_in_order '[.warnings[] | select(.code == "level-says-missing") | .figures] | tojson')" \
     '200 [{"of":"scanner","texts":["NA"]}]' 'a level that says that nothing is known is told'
 is "$(json '.inputs.cohort.design | has("missing")')" false 'as a warning alone'
 execute regress '{"cohort":"alike","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ huge"}'

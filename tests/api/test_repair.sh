@@ -80,7 +80,7 @@ upload none
 repair "$ALL,\"handles\":32"
 is "$STATUS $PROBLEM $(json '[.changes, .refused] | tojson')" '200 none [[],[]]' 'nothing is changed on a sound mesh'
 is "$(json .mesh.id) $(json .mesh.name)" "$MESH none" 'and the result is its own record'
-is "$(json '.distance | tojson')" '{"rms":0,"max":0}' 'at distance 0'
+is "$(json_in_order '.distance | tojson')" '{"rms":0,"max":0}' 'at distance 0'
 
 upload hole
 like "$PROBLEM: $DETAIL" 'mesh-not-closed: .*holes' 'the problem of a hole names the repair'

@@ -80,7 +80,7 @@ fi
 # ---- compare-groups ----------------------------------------------------------------------------------
 
 execute compare-groups '{"cohort":"repeated","register":false,"permutations":199}'
-is "$STATUS $(json '[.members, .subjects, .groupSizes] | tojson')" \
+is "$STATUS $(json_in_order '[.members, .subjects, .groupSizes] | tojson')" \
     '200 [12,6,{"members":[6,6],"subjects":[3,3]}]' 'groups are counted by member and by subject'
 is "$(json '[.permutations, .relabellings, .exact, .pValueInterval == [.pValue, .pValue]] | tojson')" '[19,20,true,true]' \
     'all relabellings are taken'

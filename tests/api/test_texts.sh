@@ -23,7 +23,7 @@ is "$(json .surface.source.mesh)" "$second" 'with the mesh asked for'
 is "$(json .surface.source.job)" "$(header Link | sed 's,.*/jobs/\([^>]*\)>.*,\1,')" 'and the job that ran'
 get "/v1/surfaces/$surface"
 is "$(json .source.mesh)" "$first" 'the first surface keeps its source'
-is "$(json 'keys_unsorted | join(" ")')" \
+is "$(json_in_order 'keys_unsorted | join(" ")')" \
     'id name tags lmax area volume centroid scale parameterization route source fit starShaped origin frame mirrored smoothing warnings created links' \
     'a record is in the order of the contract'
 

@@ -138,7 +138,7 @@ for METHOD in srnf-gauss srnf-nn; do
     compare "$(json .validation.accuracy.value)" '>=' 0.9 'and a better classifier'
     AGED=$(json .model.id)
     execute predict "{\"model\":\"$AGED\",\"cohort\":\"others\"}" -H "$WAIT"
-    is "$STATUS $(json '.predictions[0].numbers | del(.size) | tojson') $(json '[.predictions[].numbers.size > 0] | all')" \
+    is "$STATUS $(json_in_order '.predictions[0].numbers | del(.size) | tojson') $(json '[.predictions[].numbers.size > 0] | all')" \
         '200 {"age":40,"dose":0} true' 'the members of a cohort have their own'
     compare "$(json .assessment.accuracy.value)" '>=' 0.9 'which are used'
     cp "$BODY" "$SCRATCH/aged.json"
