@@ -103,13 +103,13 @@ beside 'lint' tests/lint/lint.sh
 stage build 'asan build' build_asan
 joined 'lint'
 
-# Tests of both builds take turns, so that no processor waits for the last of one. As run.sh alone would have them: one
+# Tests of both builds take turns, so that no processor waits for the last of one. As run.sh alone would have them: two
 # more than there are processors, as they wait a part of their time.
 PLACES=$LOGS/places
 rm -f "$PLACES"
 mkfifo "$PLACES"
 exec 3<>"$PLACES" # what is in a pipe lasts as long as it is open
-printf "%.0s." $(seq $(($(nproc) > 2 ? $(nproc) + 1 : 3))) >&3
+printf "%.0s." $(seq $(($(nproc) + 2))) >&3
 export SRNFD_ONCE=yes SRNFD_TEST_PLACES=$PLACES
 SRNFD_ALONE=no beside 'release tests' tests/run.sh $BUILD 3>&-
 stage report 'asan tests' tests/run.sh $BUILD/asan 3>&-

@@ -7,7 +7,7 @@
 # tests/**/test_*.sh; with FILTER (an extended regular expression) only those whose source's path matches.
 # A source without its program counts as a failure: a test that is not built must not look like none.
 #
-# Each runs in a process group of its own, one more than there are processors at a time, with stdin closed, a fresh
+# Each runs in a process group of its own, two more than there are processors at a time, with stdin closed, a fresh
 # TMPDIR, a time limit, and SRNFD (the daemon), SRNFD_BUILD (the folder) and SRNFD_SANITIZED (asan, tsan or empty) set.
 # Its standard output is read as TAP, its standard error is shown when it fails.
 #
@@ -31,7 +31,7 @@
 # tests marked nightly or once, of one with ASan those marked no-asan or plain-core, with ASan in all of the daemon),
 # SRNFD_ONCE (leave out those marked once, except
 # with ASan), SRNFD_QUICK (leave out those marked slow or alone), SRNFD_ALONE ("no" or "only" those marked alone),
-# SRNFD_TEST_JOBS (one more than processors, at least 3), SRNFD_TEST_PLACES (a named pipe with a byte for each test that
+# SRNFD_TEST_JOBS (two more than processors), SRNFD_TEST_PLACES (a named pipe with a byte for each test that
 # may run at a time, for several runs that share them), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this folder).
 # Each report tells how long the test took and, in brackets, its processor time, which says more on a busy machine;
 # the ten that needed most of it are listed at the end.
@@ -48,7 +48,7 @@ FILTER=${2-}
 TESTS=${SRNFD_TESTS:-$(dirname "$0")}
 TESTS=$(cd "$TESTS" && pwd)
 PROCESSORS=$(nproc 2>/dev/null || echo 2)
-JOBS=${SRNFD_TEST_JOBS:-$((PROCESSORS > 2 ? PROCESSORS + 1 : 3))} # tests wait a part of their time
+JOBS=${SRNFD_TEST_JOBS:-$((PROCESSORS + 2))} # tests wait a part of their time
 LIMIT=${SRNFD_TEST_TIMEOUT:-300}
 SHOWN_LINES=150 # of the output of a test that failed, from its end
 
