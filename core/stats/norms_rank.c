@@ -8,6 +8,8 @@
  */
 #include "norms.h"
 
+#include "subjects.h"
+
 #include <math.h>
 
 #define TIE 1e-12 /* relative: what counts as the same value */
@@ -23,18 +25,6 @@ static int check(size_t n, const double *values, const double *weights, double v
         }
     }
     return SRNF_OK;
-}
-
-/* Wilson's interval of a share of m, in percent. */
-static void set_interval(double below, double m, double interval[2])
-{
-    const double z = 1.959963984540054;
-    double share = fmin(fmax(below / m, 0.0), 1.0);
-    double middle = (share + z * z / (2.0 * m)) / (1.0 + z * z / m);
-    double half = z * sqrt(share * (1.0 - share) / m + z * z / (4.0 * m * m)) / (1.0 + z * z / m);
-
-    interval[0] = 100.0 * fmax(middle - half, 0.0);
-    interval[1] = 100.0 * fmin(middle + half, 1.0);
 }
 
 int srnf_norm_rank(size_t n, const double *values, const double *weights, double value,
@@ -62,7 +52,7 @@ int srnf_norm_rank(size_t n, const double *values, const double *weights, double
         .as_odd = fmax(all - below, 0.0),
     };
     rank->p_value = (1.0 + rank->as_odd) / (1.0 + all);
-    set_interval(below + 0.5 * equal, all, rank->interval);
+    subjects_percentile(below + 0.5 * equal, all, rank->interval);
     rank->interval[0] = fmin(rank->interval[0], rank->percentile);
     rank->interval[1] = fmax(rank->interval[1], rank->percentile);
     return SRNF_OK;

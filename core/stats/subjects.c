@@ -108,6 +108,17 @@ void subjects_wilson(double p, double count, double interval[2])
     interval[1] = p < 1.0 ? fmin(1.0, center + half) : 1.0;
 }
 
+void subjects_percentile(double below, double count, double interval[2])
+{
+    interval[0] = 0.0;
+    interval[1] = 1.0;
+    if (count > 0.0) {
+        subjects_wilson(fmin(fmax(below / count, 0.0), 1.0), count, interval);
+    }
+    interval[0] *= 100.0;
+    interval[1] *= 100.0;
+}
+
 double subjects_student(double freedom)
 {
     const double z = NORMAL_975, z3 = z * z * z, z5 = z3 * z * z;

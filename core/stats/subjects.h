@@ -22,6 +22,8 @@ void subjects_clear(struct subjects *s);
 
 /* Wilson's interval of p with a count that need not be whole. */
 void subjects_wilson(double p, double count, double interval[2]);
+/* The same of a percentile, 0 .. 100, with `below` of the subjects below; of none 0 .. 100. */
+void subjects_percentile(double below, double count, double interval[2]);
 
 /* The .975 quantile of Student's distribution, by the first terms of its expansion about the normal
    one (R. Cornish, E. Fisher, 1938): to 1 % from 3 degrees of freedom on. */

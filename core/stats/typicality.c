@@ -26,6 +26,8 @@
  */
 #include "stats.h"
 
+#include "subjects.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -220,6 +222,7 @@ int srnf_typicality_of(enum srnf_trait trait, size_t n, const double *values, co
     result->value = value;
     result->limit = find_limit(trait, n, values, count, alpha, scratch);
     result->percentile = fmin(100.0 * below / count, 100.0);
+    subjects_percentile(below, count, result->percentile_interval);
     result->far = value > result->limit;
     srnf_free(scratch);
     return SRNF_OK;
@@ -356,7 +359,8 @@ static int judge_one(const struct srnf_folds *c, enum srnf_trait trait, const do
         }
     }
     if (subjects < MEMBERS_MIN * (1.0 - WEIGHT_ROUNDING)) {
-        *verdict = (struct srnf_typicality){.value = row[i], .limit = INFINITY};
+        *verdict = (struct srnf_typicality){
+            .value = row[i], .limit = INFINITY, .percentile_interval = {0.0, 100.0}};
         return SRNF_OK;
     }
     return srnf_typicality_of(trait, count, others, others + c->n, row[i], alpha, verdict);

@@ -86,7 +86,8 @@ struct srnf_typicality {
     double limit;      /* beyond which a member falls with the probability alpha; INFINITY where the
                      references are too few, or too far apart, to set one: then nothing is far */
     double percentile; /* 0 .. 100: share of the reference values that are below */
-    bool far;          /* value > limit */
+    double percentile_interval[2]; /* 95 %, Wilson's, of what endlessly many subjects would give */
+    bool far;                      /* value > limit */
 };
 
 /* Probability with which a trait of a member is beyond its limit: of a surface that is judged by a
@@ -113,8 +114,8 @@ struct srnf_typicality {
  *
  * Values of the same subject are not independent. With weights, 1 / m for each of the m values of a
  * subject, medians and percentile are weighted ones, each subject counting once, and n in the limit
- * is the number of subjects, the sum of the weights: what several values of a subject tell beyond
- * one is not counted on, which makes limits too wide rather than too narrow.
+ * and the interval is the number of subjects, the sum of the weights: what several values of a
+ * subject tell beyond one is not counted on, which makes both too wide rather than too narrow.
  *   values   [in] [n], not negative
  *   weights  [in] [n], positive, of 3 subjects at least; NULL: 1 each
  *   alpha    [in] 0 < alpha < .5

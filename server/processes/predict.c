@@ -126,9 +126,11 @@ static const struct process_output outputs[] = {
      "or nearestDistances, the evidence that they come from; numbers, those beside shape that "
      "counted, by name, size as a length, or null; truth, the label in the cohort, or "
      "null; trainingSubject, whether the classifier was trained on it; typicality, {value, limit, "
-     "percentile} of residual (what the components cannot represent), distance (from the mean), "
+     "percentile, percentileInterval} of residual (what the components cannot represent), distance "
+     "(from the mean), "
      "mahalanobis and nearest (distance from the nearest training member), each among the "
-     "leave-one-out values of the training members: a member is beyond a limit once in 200; and "
+     "leave-one-out values of the training members: a member is beyond a limit once in 200, and "
+     "percentileInterval holds at 95 % what endlessly many subjects would give (Wilson); and "
      "warnings."},
     {"classes", OUTPUT_STRINGS, "Of the classifier, in its order."},
     {"priors", OUTPUT_OBJECT, "That the probabilities rest on, by class."},

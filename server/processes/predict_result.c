@@ -22,10 +22,7 @@ static json_t *traits_json(const struct srnf_typicality *traits)
     json_t *object = json_object();
 
     for (size_t t = 0; t < PREDICT_TRAITS; t++) {
-        (void)json_object_set_new(
-            object, names[t],
-            json_pack("{s:o, s:o, s:f}", "value", json_finite(traits[t].value), "limit",
-                      json_finite(traits[t].limit), "percentile", traits[t].percentile));
+        (void)json_object_set_new(object, names[t], typicality_json(&traits[t], 1.0));
     }
     return object;
 }

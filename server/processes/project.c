@@ -44,9 +44,11 @@ static const struct process_output outputs[] = {
      "How the surface compares with the subjects of the model, each left out in turn: subjects, "
      "how many; components, how many mahalanobis counts; residual, distance, mahalanobis and angle "
      "(degrees by which it is turned against the mean; null where the model rotates), each {value, "
-     "limit, percentile}. A member is beyond a limit once in 200; null: the subjects are too few, "
+     "limit, percentile, percentileInterval}. A member is beyond a limit once in 200; null: the "
+     "subjects are too few, "
      "or too unlike each other, to set one. percentile is the share of the subjects below, each "
-     "counting once however many members it has. Of a member of the model the values are its own "
+     "counting once however many members it has; percentileInterval holds at 95 % what endlessly "
+     "many subjects would give (Wilson). Of a member of the model the values are its own "
      "when its subject is left out. Null where the model has none."},
     SUBJECT_OUTPUTS,
     {"registration", OUTPUT_OBJECT_OR_NULL,

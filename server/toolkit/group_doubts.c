@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "toolkit/group.h"
+#include "toolkit/typicality.h"
 #include "api/json_numbers.h"
 #include "api/warnings.h"
 
@@ -67,14 +68,13 @@ static void warn_far(const struct compute_likeness *likeness, const struct group
             continue;
         }
         name_member(name, i, labels);
-        warning_add(warnings, "far-from-group",
-                    json_pack("{s:I, s:{s:o, s:o, s:f}}", "member", (json_int_t)i, "distance",
-                              "value", json_finite(t->value), "limit", json_finite(t->limit),
-                              "percentile", t->percentile),
-                    "%s is unlike all other members: %.3g from their mean, where one in a thousand "
-                    "would be beyond %.3g. It moves means, components and p-values; see whether it "
-                    "belongs to the group.",
-                    name, t->value, t->limit);
+        warning_add(
+            warnings, "far-from-group",
+            json_pack("{s:I, s:o}", "member", (json_int_t)i, "distance", typicality_json(t, 1.0)),
+            "%s is unlike all other members: %.3g from their mean, where one in a thousand "
+            "would be beyond %.3g. It moves means, components and p-values; see whether it "
+            "belongs to the group.",
+            name, t->value, t->limit);
     }
 }
 

@@ -1,10 +1,10 @@
 /*
  * typicality.c - members of result documents that say how a surface compares with a group.
  *
- * Every trait is {"value", "limit", "percentile"}: the limit is the value beyond which a member
- * falls once in 200 (of a group whose members are judged by one another, once in 1000), null where
- * the others are too few to set one; percentile the share of the others below the value. Angles are
- * in degrees here, in radians in the core.
+ * Every trait is {"value", "limit", "percentile", "percentileInterval"}: the limit is the value
+ * beyond which a member falls once in 200 (of a group whose members are judged by one another, once
+ * in 1000), null where the others are too few to set one; percentile the share of the others below
+ * the value. Angles are in degrees here, in radians in the core.
  */
 #include "toolkit/typicality.h"
 
@@ -40,10 +40,11 @@ static void name_member(char text[128], size_t i, const json_t *labels)
     (void)snprintf(text, 128, name ? "Member %zu (%.80s)" : "Member %zu", i, name);
 }
 
-static json_t *verdict_json(const struct srnf_typicality *t, double unit)
+json_t *typicality_json(const struct srnf_typicality *t, double unit)
 {
-    return json_pack("{s:o, s:o, s:f}", "value", json_finite(unit * t->value), "limit",
-                     json_finite(unit * t->limit), "percentile", t->percentile);
+    return json_pack("{s:o, s:o, s:f, s:o}", "value", json_finite(unit * t->value), "limit",
+                     json_finite(unit * t->limit), "percentile", t->percentile,
+                     "percentileInterval", json_vector(t->percentile_interval, 2));
 }
 
 /* "residual 0.51 (limit 0.06), .." of the traits beyond their limits. */
@@ -74,7 +75,7 @@ static json_t *projection_json(const struct compute_projection *projection)
             object, trait_names[t],
             angle && !projection->poses
                 ? json_null()
-                : verdict_json(&projection->typicality[t], angle ? DEGREES : 1.0));
+                : typicality_json(&projection->typicality[t], angle ? DEGREES : 1.0));
     }
     return object;
 }
@@ -90,7 +91,7 @@ static void warn_far(json_t *warnings, const struct compute_projection *projecti
         if (projection->typicality[t].far && (!expected || t == SRNF_TRAIT_RESIDUAL)) {
             append_trait(traits, sizeof traits, (enum srnf_trait)t, &projection->typicality[t]);
             (void)json_object_set_new(figures, trait_names[t],
-                                      verdict_json(&projection->typicality[t], 1.0));
+                                      typicality_json(&projection->typicality[t], 1.0));
         }
     }
     if (*traits) {
@@ -315,7 +316,7 @@ json_t *typicality_member(const struct srnf_folds_typicality *typicality, size_t
     for (size_t t = 0; t < typicality->traits; t++) {
         (void)json_object_set_new(
             object, trait_names[typicality->trait[t]],
-            verdict_json(&typicality->verdicts[member * typicality->traits + t], 1.0));
+            typicality_json(&typicality->verdicts[member * typicality->traits + t], 1.0));
     }
     return object;
 }
@@ -332,7 +333,7 @@ static void list_far(const struct srnf_folds_typicality *typicality, size_t memb
         if (verdict->far) {
             append_trait(text, size, typicality->trait[t], verdict);
             (void)json_object_set_new(figures, trait_names[typicality->trait[t]],
-                                      verdict_json(verdict, 1.0));
+                                      typicality_json(verdict, 1.0));
         }
     }
 }

@@ -14,6 +14,9 @@ struct compute_model;
 /* Subjects below which a model's limits are wide enough to be told of. */
 #define TYPICALITY_SUBJECTS_FEW 30
 
+/* {value, limit, percentile, percentileInterval}, value and limit times the unit. */
+json_t *typicality_json(const struct srnf_typicality *t, double unit);
+
 /* mahalanobis and typicality of a projection, and its warnings. */
 void typicality_set_projection(json_t *document, const struct compute_projection *projection);
 /* The warnings alone; expected: those that hold where the surface is held against what a formula

@@ -177,12 +177,15 @@ compare "$(jq 'map(.typicality.distance.percentile) | add / length' "$SCRATCH/me
     'and lie among its subjects'
 run project "{\"model\":\"$FORTY\",\"surface\":\"${DRAWN[5]}\"}"
 is "$(json .trainingSubject) $(codes)" 'true ' 'nor is one of them'
+is "$(json '.typicality | [.residual, .distance, .mahalanobis, .angle] | map(.percentile as $p | .percentileInterval |
+    .[0] <= $p and $p <= .[1] and .[1] - .[0] < 32) | all')" true 'whose percentiles have intervals, as of forty'
 post "/v1/meshes?name=L_hippocampus" --data-binary @tests/data/aal_subcortex/L_hippocampus.ply
 run encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX}"
 FOREIGN=$(json .surface.id)
 run project "{\"model\":\"$FORTY\",\"surface\":\"$FOREIGN\"}"
 is "$(json '[.warnings[].code] | contains(["far-from-model"])')" true 'a hippocampus is'
-is "$(json '.warnings[] | select(.code == "far-from-model") | .figures.residual | .value > .limit')" true 'with its figures'
+is "$(json '.warnings[] | select(.code == "far-from-model") | .figures.residual |
+    .value > .limit and .percentileInterval[1] == 100')" true 'with its figures'
 
 # A sample turned about the z axis.
 turn() { # SURFACE DEGREES
@@ -217,7 +220,8 @@ run classify "{\"cohort\":\"mixed\",\"method\":\"harmonic-nn\",\"lmax\":$LMAX}"
 note "$(json '.methods[].perSubject[-1].typicality | tojson')"
 is "$STATUS $(json '[.warnings[] | select(.code == "far-from-group") | .figures.member] | tojson')" '200 [20]' \
     'a member is unlike the others, whatever its class'
-is "$(json '.methods["harmonic-nn"].perSubject[20].typicality.nearest | [.percentile, .value > .limit] | tojson')" \
-    '[100,true]' 'by its distance from the nearest'
+is "$(json '.methods["harmonic-nn"].perSubject[20].typicality.nearest | [.percentile, .value > .limit,
+    .percentileInterval[1], .percentileInterval[0] > 80] | tojson')" '[100,true,100,true]' \
+    'by its distance from the nearest'
 stop_server || not_ok 'the server ends well'
 done_testing

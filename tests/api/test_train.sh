@@ -102,7 +102,8 @@ compare "$(json '.predictions[0].probabilities.flat | real')" '<' "$(jq '.predic
     'a class that is rare is less likely'
 is "$(json '[.predictions[] | .trainingSubject] | tojson')" '[false,true,false]' 'a surface that it was trained on is known'
 is "$(json '[.predictions[2].warnings[].code] | tojson')" '["far-from-model"]' 'one that is like none is flagged'
-is "$(json '.predictions[2].typicality.nearest.percentile')" 100 'further from all than any member'
+is "$(json '.predictions[2].typicality.nearest | [.percentile, .percentileInterval[1], .percentileInterval[0] > 70] | tojson')" \
+    '[100,100,true]' 'further from all than any member'
 is "$(json '[.warnings[].code] | map(select(. == "far-from-model" or . == "training-subject")) | sort | tojson')" \
     '["far-from-model","training-subject"]' 'the result warns of both'
 

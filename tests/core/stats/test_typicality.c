@@ -349,6 +349,51 @@ static void percentiles_count_what_is_below(void **state)
     assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 4, values, NULL, 1.0, 0.01, &t),
                      SRNF_OK);
     assert_true(t.percentile == 0.0);
+    /* Wilson's of none and of two of four: z^2 / (4 + z^2), and half of 1 -+ its root. */
+    assert_true(t.percentile_interval[0] == 0.0);
+    assert_true(fabs(t.percentile_interval[1] - 48.98908) < 1e-4);
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 4, values, NULL, 2.5, 0.01, &t),
+                     SRNF_OK);
+    assert_true(fabs(t.percentile_interval[0] - 15.00390) < 1e-4);
+    assert_true(fabs(t.percentile_interval[1] - 84.99610) < 1e-4);
+}
+
+/* Of 400 groups of twelve subjects, with one measurement or of several that hardly differ, the
+   interval holds the share of all subjects that are below. Twelve make 13 different ones, so that
+   it holds some shares more often than others. */
+static void percentiles_hold_what_all_subjects_would_give(void **state)
+{
+    struct test_random random = test_random_seed(3);
+
+    (void)state;
+    for (size_t k = 0; k < 6; k++) {
+        const double share = (double[]){0.5, 0.8, 0.95}[k / 2];
+        size_t missed = 0;
+
+        for (size_t study = 0; study < 400; study++) {
+            double values[36], weights[36];
+            size_t of = k % 2 ? 3 : 1;
+            struct srnf_typicality t;
+
+            for (size_t i = 0; i < 12 * of; i++) {
+                double again = 1e-3 * test_random_uniform(&random, 0.0, 1.0);
+
+                values[i] =
+                    i % of ? values[i - i % of] + again : test_random_uniform(&random, 0.0, 1.0);
+                weights[i] = 1.0 / (double)of;
+            }
+            assert_int_equal(
+                srnf_typicality_of(SRNF_TRAIT_DISTANCE, 12 * of, values, weights, share, 0.01, &t),
+                SRNF_OK);
+            assert_true(t.percentile_interval[0] <= t.percentile &&
+                        t.percentile <= t.percentile_interval[1]);
+            missed += !(t.percentile_interval[0] <= 100.0 * share &&
+                        100.0 * share <= t.percentile_interval[1]);
+        }
+        printf("# share %.2f, %s: missed in %zu of 400\n", share,
+               k % 2 ? "three measurements" : "one", missed);
+        assert_in_range(missed, 0, 36); /* one in twenty, exceeded by chance once in 3000 */
+    }
 }
 
 /* Each subject counts once: repeated ones make neither the limit nor the percentile another. */
@@ -403,10 +448,13 @@ static void a_limit_may_be_infinite(void **state)
                                         SRNF_TYPICAL_ALPHA_GROUP, &t),
                      SRNF_OK);
     assert_true(isinf(t.limit) && !t.far && t.percentile == 100.0);
+    assert_true(t.percentile_interval[0] > 0.0 && t.percentile_interval[1] == 100.0);
     assert_int_equal(srnf_folds_typicality(&folds, SRNF_TYPICAL_ALPHA, &verdicts), SRNF_OK);
     for (size_t i = 0; i < 4; i++) {
         assert_true(isinf(verdicts.verdicts[i].limit) && !verdicts.verdicts[i].far);
         assert_true(verdicts.verdicts[i].percentile == 0.0);
+        assert_true(verdicts.verdicts[i].percentile_interval[0] == 0.0);
+        assert_true(verdicts.verdicts[i].percentile_interval[1] == 100.0);
     }
     srnf_folds_typicality_clear(&verdicts);
 }
@@ -770,6 +818,7 @@ int main(void)
         cmocka_unit_test(members_are_beyond_their_limits_at_the_rate_that_is_promised),
         cmocka_unit_test(few_references_make_wide_limits),
         cmocka_unit_test(percentiles_count_what_is_below),
+        cmocka_unit_test(percentiles_hold_what_all_subjects_would_give),
         cmocka_unit_test(repeated_references_count_by_subject),
         cmocka_unit_test(a_limit_may_be_infinite),
         cmocka_unit_test(held_out_members_are_not_far),
