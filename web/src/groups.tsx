@@ -5,7 +5,7 @@ import { t, whole } from './i18n';
 import { Path } from './paths';
 import { mayChange, refreshJobs } from './state';
 import { Headline, TestedMaps } from './tested';
-import { ProblemBox, figure } from './ui';
+import { ProblemBox, figure, spread } from './ui';
 
 const BOOTSTRAPS = 500;
 
@@ -51,7 +51,7 @@ export function Groups({ result }: { result: api.Outputs<'compare-groups'> }) {
     return (
         <>
             <Headline test={result} against={`${flips}${result.regressedOut?.length ? t`, ${result.regressedOut.join(', ')} regressed out` : ''}`} />
-            <p>{t`${result.groups?.join(' against ')}${sizes.length ? t` (${sizes.join(' and ')} subjects)` : ''}, distance of the means ${figure(result.distance)}.`}</p>
+            <p>{t`${result.groups?.join(' against ')}${sizes.length ? t` (${sizes.join(' and ')} subjects)` : ''}, distance of the means ${spread(result.distance, result.distanceInterval)}.`}</p>
             <TestedMaps surface={result.surface.id} test={result} beside={[{ name: 'normalEffect', text: t`difference outwards` }, { name: 'effect', text: t`length of the difference` }]} />
             <p class="quiet">{t`Outwards is positive: there ${result.groups?.[1]} lies farther out than ${result.groups?.[0]}. Lengths are those of surfaces of area 1.`}</p>
             {result.inputs?.cohort?.name && result.groups?.length === 2 && <Between result={result} />}

@@ -10,7 +10,7 @@ import { t, whole } from './i18n';
 import { aPlace, useKept } from './kept';
 import { Shape, surfacePath } from './shape';
 import { mayChange, refreshJobs } from './state';
-import { ProblemBox, errorOf, figure, plural } from './ui';
+import { ProblemBox, errorOf, figure, plural, spread } from './ui';
 
 const pOf = (test: any): string => `${test.pValueIsFloor ? '≤ ' : ''}${figure(test.pValue)}${errorOf(test.pValueInterval)}`;
 const shareOf = (test: any): string => `${figure(test.r2)} (${test.r2Interval?.map((v: number) => figure(v)).join(' to ') ?? '–'})`;
@@ -22,6 +22,7 @@ export function Terms({ result }: { result: any }) {
         <>
             <DataTable rows={[[t`term`, t`p (of all permutations, 95 %)`, t`share of the variance (95 %)`, t`least p on the map`, 'F', t`degrees of freedom`],
                 ...rows.map(([name, t]) => [name, pOf(t), shareOf(t), `${figure(t.leastSignificance)}${errorOf(t.leastSignificanceInterval)}`, figure(t.f), `${t.degreesOfFreedom}, ${t.residualDegreesOfFreedom}`])]} />
+            {result.residualVariance !== undefined && <p class="quiet">{t`Variance of SRNFs ${spread(result.variance, result.varianceInterval)}, of which terms leave ${spread(result.residualVariance, result.residualVarianceInterval)}.`}</p>}
             {result.pairwise?.length > 0 && <><h3>{t`Pairs of levels`}</h3><DataTable rows={[[t`term`, t`levels`, t`p (of all permutations, 95 %)`, t`corrected p`], ...result.pairwise.map((p: any) => [p.term, p.levels?.join(' and '), pOf(p), figure(p.correctedP)])]} /></>}
         </>
     );
@@ -38,6 +39,7 @@ export function Coefficients({ result, what }: { result: any; what: string }) {
             <label class="no-report">{t`Coefficient`} <select value={chosen} onChange={(e) => setChosen(+e.currentTarget.value)}>
                 {known.map((c, i) => <option value={i}>{c.name}</option>)}
             </select></label>
+            <p>{t`Its norm in L2 of SRNFs is ${spread(coefficient.norm, coefficient.normInterval)}.`}</p>
             <Shape key={coefficient.surface.id} src={surfacePath(coefficient.surface.id, 32)} label={t`Mean with the maps of ${coefficient.name}`} name={coefficient.name} first="normalEffect" />
         </>
     );

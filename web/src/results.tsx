@@ -26,7 +26,7 @@ import { Shape, surfacePath } from './shape';
 import { mayChange } from './state';
 import { Comparisons, Together, doubtful } from './together';
 import { Trajectories } from './trajectories';
-import { Page, ProblemBox, Shown, errorOf, figure, plural, save, size, useLoad } from './ui';
+import { Page, ProblemBox, Shown, errorOf, figure, plural, save, size, spread, useLoad } from './ui';
 import { Within } from './within';
 
 function Warnings({ list }: { list?: { code: string; detail: string }[] }) {
@@ -263,7 +263,7 @@ function Projection({ result, job }: { result: api.Outputs<'project'>; job: api.
                         <dl class="pairs">
                             {!result.typicality && <><dt>{t`Residual`}</dt><dd>{figure(result.residual)}</dd><dt>{t`Distance from the mean`}</dt><dd>{figure(result.distance)}</dd>
                                 <dt>{t`Mahalanobis`}</dt><dd>{figure(result.mahalanobis)}</dd></>}
-                            {Object.entries<any>(result.typicality ?? {}).map(([name, of]) => of && typeof of === 'object' && <><dt>{api.words(name)}</dt><dd>{t`${figure(of.value)} (percentile ${figure(of.percentile)}, doubtful above ${figure(of.limit)})`}</dd></>)}
+                            {Object.entries<any>(result.typicality ?? {}).map(([name, of]) => of && typeof of === 'object' && <><dt>{api.words(name)}</dt><dd>{t`${figure(of.value)}, percentile ${spread(of.percentile, of.percentileInterval)}, doubtful above ${figure(of.limit)}`}</dd></>)}
                         </dl>
                     </div>
                 </div>

@@ -15,6 +15,12 @@ export function errorOf(interval?: (number | null)[]): string {
     return typeof low === 'number' && typeof high === 'number' && low !== high ? t` (${figure(low)} to ${figure(high)})` : '';
 }
 
+/** An estimate with its interval, as far as there is one. */
+export function spread(value: number | null | undefined, interval?: (number | null)[] | null): string {
+    const known = interval?.filter((v) => typeof v === 'number') ?? [];
+    return known.length === 2 ? t`${figure(value)} (95 %: ${figure(known[0])} to ${figure(known[1])})` : figure(value);
+}
+
 export function size(n: number): string {
     return n < 1000 ? `${n} B` : n < 1e6 ? t`${Math.round(n / 1000)} kB` : n < 1e9 ? t`${decimal((n / 1e6).toFixed(1))} MB` : t`${decimal((n / 1e9).toFixed(1))} GB`;
 }

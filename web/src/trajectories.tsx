@@ -8,11 +8,10 @@ import { aPlace, maybe, useKept } from './kept';
 import { Coefficients, Predicted, Terms } from './linear';
 import { Linked } from './paths';
 import { Headline, TestedMaps } from './tested';
-import { figure, plural } from './ui';
+import { figure, plural, spread } from './ui';
 
 const RATE = t`mm per unit of time`;
 const interval = (e: any): string => e.interval.map((v: number) => figure(v)).join(' to ');
-const spread = (value: number | null, ends?: (number | null)[] | null): string => `${figure(value)}${ends ? ` (95 %: ${ends.map((v) => figure(v)).join(' to ')})` : ''}`;
 const rate = (e: any): string => `${figure(e.value)} ${RATE} (95 %: ${interval(e)})`;
 
 const BESIDE = [
@@ -39,7 +38,7 @@ export function Trajectories({ result }: { result: api.Outputs<'trajectories'> }
         <>
             <Headline test={slope} against={t`${flips} of whole subjects, ${plural(result.subjects, 'subject')}, ${plural(result.members, 'visit')}`} />
             <p>{t`In the mean the surface moves by`} <strong>{rate(slope.rate)}</strong>{t`; slopes of subjects vary about that by ${rate(slope.variation)}, with what each is measured wrongly by. The mean is ${figure(100 * slope.share.value)} % (95 %: ${slope.share.interval.map((v: number) => figure(100 * v)).join(' to ')} %) of all slopes, by squares.`}</p>
-            <p>{result.within === null ? '' : t`Visits lie about their lines with a variance of ${spread(result.within, result.withinInterval)} of SRNFs. `}{t`Slopes differ between subjects with a variance of ${spread(result.between, result.betweenInterval)} of SRNFs.`}</p>
+            <p>{result.within === null ? '' : t`Visits lie about their lines with a variance of ${spread(result.within, result.withinInterval)} of SRNFs. `}{t`Slopes differ between subjects with a variance of ${spread(result.between, result.betweenInterval)} of SRNFs. The mean slope is ${spread(slope.distance, slope.distanceInterval)} long in L2 of SRNFs.`}</p>
             <p class="quiet">{t`Lengths are root mean squares over the surface, in the unit of the meshes, which is taken to be the millimetre. ${result.weighted ? t`Slopes weigh by how well each is known.` : t`All slopes weigh the same.`}`}</p>
             <Predicted process="trajectories" result={result} always={['time']} />
             <h2>{t`Subjects`}</h2>

@@ -6,7 +6,7 @@ import { Failure, offline } from './api';
 import type { Problem } from './api';
 import { t } from './i18n';
 
-export { FORMATS, csv, errorOf, figure, plural, save, size, span, when } from './text';
+export { FORMATS, csv, errorOf, figure, plural, save, size, span, spread, when } from './text';
 
 export function problemOf(error: unknown): Problem {
     if (error instanceof Failure) return error.problem;

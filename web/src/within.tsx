@@ -7,7 +7,7 @@ import { t, whole } from './i18n';
 import { aPlace, maybe, useKept } from './kept';
 import { Linked } from './paths';
 import { Headline, TestedMaps } from './tested';
-import { figure, plural } from './ui';
+import { figure, plural, spread } from './ui';
 
 /** Millimetres of a mesh are what nearly all files have; none says so. */
 const UNIT = 'mm';
@@ -61,7 +61,7 @@ export function Within({ result }: { result: api.Outputs<'change'> | api.Outputs
             {'directional' in result
                 ? <p>{t`Directional asymmetry, what all subjects have in common from left to right:`} <strong>{estimate(result.directional)}</strong>{t`. Fluctuating asymmetry, how subjects differ in it:`} <strong>{estimate(result.fluctuating)}</strong>.</p>
                 : <p>{t`From ${first} to ${second} the surface moves by`} <strong>{estimate(result.change)}</strong> {t`in the mean, and subjects vary about that by ${estimate(result.variation)}.`}</p>}
-            <p>{t`${sides ? t`The directional part` : t`The mean change`} is ${share(result.share)} of all ${sides ? t`asymmetry` : t`change`}, by squares. Whatever the ${sides ? t`side` : t`time`}, subjects differ from each other by ${estimate(result.individual)}.`}</p>
+            <p>{t`${sides ? t`The directional part` : t`The mean change`} is ${share(result.share)} of all ${sides ? t`asymmetry` : t`change`}, by squares. Whatever the ${sides ? t`side` : t`time`}, subjects differ from each other by ${estimate(result.individual)}. In L2 of SRNFs the mean is ${spread(result.distance, result.distanceInterval)} long.`}</p>
             <p class="quiet">{t`Lengths are root mean squares over the surface, in the unit of the meshes, which is taken to be the millimetre.`}</p>
             <TestedMaps surface={result.surface.id} test={result} beside={beside(sides ? 'asymmetry' : 'change')} />
             <p class="quiet">{t`Outward is positive${sides ? t`: there the right side is larger` : ''}. The region of confidence holds the mean at all points together, with 95 %.`}</p>

@@ -1,4 +1,4 @@
-import{E as B,I as U,J as y,L as V,M as q,O as H,P as F,S as j,X as d,Z as G,a as N,c as $,ca as _,e as T,ha as s,ia as S,ja as L,k as a,ka as J,l as b,n as E,na as W,o as k,oa as x,s as R,t as A,v as w,w as C,x as D}from"./chunk-BAMFR3D7.js";function oe(e,o){let l=[],c=[],n="",t=!1,r=0;for(let i=0;i<e.length;i++){let m=e[i];t?m!=='"'?n+=m:e[i+1]==='"'?n+=e[++i]:t=!1:m==='"'&&n===""?(t=!0,r=i):m===o||m===`
+import{E as B,I as U,J as y,L as V,M as q,O as H,P as F,S as j,X as d,Z as G,a as N,c as $,da as _,e as T,ia as s,ja as S,k as a,ka as L,l as b,la as J,n as E,o as k,oa as W,pa as x,s as R,t as A,v as w,w as C,x as D}from"./chunk-72CKGNEX.js";function oe(e,o){let l=[],c=[],n="",t=!1,r=0;for(let i=0;i<e.length;i++){let m=e[i];t?m!=='"'?n+=m:e[i+1]==='"'?n+=e[++i]:t=!1:m==='"'&&n===""?(t=!0,r=i):m===o||m===`
 `?(c.push(n.trim()),n="",m===`
 `&&(l.push(c),c=[])):n+=m}if(t)throw new Error(a`The quote that begins in line ${e.slice(0,r).split(`
 `).length} is not closed.`);return(n||c.length)&&l.push([...c,n.trim()]),l.filter(i=>i.some(m=>m!==""))}function I(e){let o=e.replace(/^\uFEFF/,"").replace(/\r\n?/g,`
