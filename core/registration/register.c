@@ -118,11 +118,14 @@ static int finish(const struct srnf_context *context, const struct landmark_sear
 }
 
 int registration_distance(const struct srnf_sht *sht, const double *template_surface,
-                          const double *moving, const struct srnf_register_options *options,
+                          const double *moving, const struct subject *template_subject,
+                          const struct subject *moving_subject,
+                          const struct srnf_register_options *options,
                           const struct srnf_context *context, double *distance,
                           struct srnf_error *error)
 {
-    struct call call = {.options = options, .context = context};
+    struct call call = {
+        .options = options, .context = context, .subjects = {template_subject, moving_subject}};
     struct search_result found = {.iterations = 0};
     double ignored;
     int status = check(sht, template_surface, NULL, moving, options, error);

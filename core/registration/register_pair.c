@@ -85,6 +85,7 @@ struct pair {
     enum srnf_register_stop worst;   /* of both ways */
     struct search_result info;
     struct landmark_search *landmarks[2]; /* with surface[k] as the template; NULL: none */
+    const struct subject *subjects[2];    /* of the surfaces, or NULL */
 };
 
 static void keep(struct pair *pair, size_t direction, struct search_result *result)
@@ -128,7 +129,7 @@ static int search_way(const struct call *c, const struct pair *pair, size_t k,
                       struct search *search, struct search_result *result)
 {
     int status = search_create(search, c->sht, pair->q[k], pair->surface[k], pair->surface[1 - k],
-                               c->options, NULL, c->context);
+                               c->options, pair->subjects[1 - k], c->context);
 
     search->rounds = 0;
     search->basin = basins_tell(c);
@@ -263,7 +264,8 @@ int register_both_ways(const struct call *c, const double *template_surface, con
     bool order = in_order(c->count, template_surface, moving);
     struct pair pair = {
         .q = {order ? c->q1 : c->q2, order ? c->q2 : c->q1},
-        .surface = {order ? template_surface : moving, order ? moving : template_surface}};
+        .surface = {order ? template_surface : moving, order ? moving : template_surface},
+        .subjects = {c->subjects[order ? 0 : 1], c->subjects[order ? 1 : 0]}};
     size_t wanted = order ? 0 : 1; /* the template's place in the pair */
     struct landmark_search back = {.worst = 0};
     int status;

@@ -321,10 +321,19 @@ enum srnf_register_stop registration_worse_stop(enum srnf_register_stop a,
 /* What srnf/register.h allows as degree and penalties (options.c). */
 SRNF_CHECKED int registration_check(const struct srnf_register_options *options,
                                     struct srnf_error *error);
+/* What belongs to one surface of a pair alone, for all registrations with these options that it
+   takes part in (subject.c). *subject: NULL where they ask for nothing; context: of this call. */
+SRNF_CHECKED int registration_subject(const struct srnf_sht *sht, const double *surface,
+                                      const struct srnf_register_options *options,
+                                      const struct srnf_context *context, struct subject **subject);
+void registration_subject_destroy(struct subject *subject);
+/* Bytes of one, at most. */
+double registration_subject_bytes(size_t degree);
 /* The distance of srnf_register, without the rest of its report, which takes as long as a third of
-   the search. */
+   the search. The subjects of both surfaces, or NULL: they are made. */
 SRNF_CHECKED int registration_distance(const struct srnf_sht *sht, const double *template_surface,
-                                       const double *moving,
+                                       const double *moving, const struct subject *template_subject,
+                                       const struct subject *moving_subject,
                                        const struct srnf_register_options *options,
                                        const struct srnf_context *context, double *distance,
                                        struct srnf_error *error);

@@ -112,19 +112,12 @@ static int full_target(struct search *s, const struct srnf_sht *sht, const doubl
 /* Tables of the moving surface, where none are at hand and the search reads any. */
 static int own_subject(struct search *s, const double *moving)
 {
-    const struct srnf_register_options *o = s->options;
-    bool still = o->common_pose || o->start == SRNF_START_IDENTITY;
-    int status;
+    int status = SRNF_OK;
 
-    if (s->subject || (still && (o->exact || !o->reparameterization))) {
-        return SRNF_OK;
+    if (!s->subject) {
+        status = registration_subject(s->sht, moving, s->options, s->context, &s->own);
+        s->subject = s->own;
     }
-    s->own = srnf_alloc(1, sizeof *s->own);
-    if (!s->own) {
-        return SRNF_ENOMEM;
-    }
-    status = subject_create(s->own, s->sht, moving, o, s->context);
-    s->subject = s->own;
     return status;
 }
 
@@ -172,11 +165,8 @@ int search_create(struct search *s, const struct srnf_sht *sht, const double *q1
 
 void search_clear(struct search *s)
 {
-    if (s->own) {
-        subject_clear(s->own);
-        srnf_free(s->own);
-        s->own = NULL;
-    }
+    registration_subject_destroy(s->own);
+    s->own = NULL;
     srnf_free(s->template_series);
     srnf_free(s->full_memory);
     moving_clear(&s->moving_full);

@@ -2,7 +2,7 @@
  * subject.c - what belongs to a moving surface alone, whatever it is registered to: tables of all
  * rounds of the tournament, the Gauss-Newton matrix, and the coefficients that are screened.
  *
- * 1.5 MB at degree 15, of which the matrix takes half.
+ * 1.5 MB at degree 15, of which the matrix takes half (registration_subject_bytes).
  */
 #include "tournament.h"
 
@@ -36,6 +36,13 @@ static int screen_series(struct subject *s, enum srnf_representation representat
     return status;
 }
 
+bool subject_is_read(const struct srnf_register_options *options)
+{
+    bool still = options->common_pose || options->start == SRNF_START_IDENTITY;
+
+    return !still || (options->reparameterization && !options->exact);
+}
+
 int subject_create(struct subject *s, const struct srnf_sht *sht, const double *coefficients,
                    const struct srnf_register_options *options, const struct srnf_context *context)
 {
@@ -66,6 +73,56 @@ int subject_create(struct subject *s, const struct srnf_sht *sht, const double *
         subject_clear(s);
     }
     return status;
+}
+
+static double table_bytes(size_t degree, size_t order, double fineness)
+{
+    double rows = (double)tabulated_moving_rows(degree, fineness), halo = (double)order;
+
+    return (rows + 1.0 + halo) * (2.0 * rows + halo) * SPLINE_WIDTH * sizeof(double);
+}
+
+double registration_subject_bytes(size_t degree)
+{
+    double unknowns = (double)registration_unknowns(MATRIX_DEGREE);
+    double tables = table_bytes(degree, FULL_ORDER, FULL_FINENESS);
+
+    for (size_t k = 0; k < TOURNAMENT_ROUNDS; k++) {
+        size_t surface = tournament_round(k, degree).surface;
+
+        tables += table_bytes(surface < degree ? surface : degree, ROUND_ORDER, ROUND_FINENESS);
+    }
+    return 2.0 * tables + unknowns * unknowns * sizeof(double); /* of square-root maps: two each */
+}
+
+int registration_subject(const struct srnf_sht *sht, const double *surface,
+                         const struct srnf_register_options *options,
+                         const struct srnf_context *context, struct subject **out)
+{
+    int status;
+
+    *out = NULL;
+    if (!subject_is_read(options)) {
+        return SRNF_OK;
+    }
+    *out = srnf_alloc(1, sizeof **out);
+    if (!*out) {
+        return SRNF_ENOMEM;
+    }
+    status = subject_create(*out, sht, surface, options, context);
+    if (status) {
+        srnf_free(*out);
+        *out = NULL;
+    }
+    return status;
+}
+
+void registration_subject_destroy(struct subject *s)
+{
+    if (s) {
+        subject_clear(s);
+        srnf_free(s);
+    }
 }
 
 void subject_clear(struct subject *s)

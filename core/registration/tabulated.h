@@ -41,6 +41,8 @@ SRNF_CHECKED int tabulated_moving_pull(struct tabulated_moving *moving,
                                        const struct srnf_warp *chain,
                                        const struct srnf_context *context);
 void tabulated_moving_clear(struct tabulated_moving *moving);
+/* Rows of the table of a surface of a degree. */
+size_t tabulated_moving_rows(size_t degree, double fineness);
 
 /* ---- Points (tabulated_points.c) ------------------------------------------------------------ */
 

@@ -42,6 +42,13 @@ static void cross_all(size_t n, double *d_theta, const double *d_phi)
     }
 }
 
+size_t tabulated_moving_rows(size_t degree, double fineness)
+{
+    size_t rows = ((size_t)ceil(2.0 * fineness * (double)degree) + 3) / 4 * 4;
+
+    return rows < ROWS_MIN ? ROWS_MIN : rows;
+}
+
 int tabulated_moving_create(struct tabulated_moving *m, enum srnf_representation representation,
                             size_t from_degree, const double *coefficients, size_t degree,
                             size_t order, double fineness)
@@ -55,8 +62,7 @@ int tabulated_moving_create(struct tabulated_moving *m, enum srnf_representation
 
     degree = degree < from_degree ? degree : from_degree;
     count = srnf_coefficient_count(degree);
-    rows = ((size_t)ceil(2.0 * fineness * (double)degree) + 3) / 4 * 4;
-    rows = rows < ROWS_MIN ? ROWS_MIN : rows;
+    rows = tabulated_moving_rows(degree, fineness);
     *m = (struct tabulated_moving){.representation = representation, .degree = degree};
     n = (rows + 1) * 2 * rows;
     status = srnf_sht_create(&sht, degree, SRNF_GRID_EQUIANGULAR, rows + 1, 2 * rows);

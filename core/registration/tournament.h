@@ -37,6 +37,8 @@ SRNF_CHECKED int subject_create(struct subject *subject, const struct srnf_sht *
                                 const struct srnf_register_options *options,
                                 const struct srnf_context *context);
 void subject_clear(struct subject *subject);
+/* Whether a search with these options reads any of it. */
+bool subject_is_read(const struct srnf_register_options *options);
 
 /* The best start after elastic steps on growing grids: result->warp has its chain alone (no
    points), and the ambiguity is known. */

@@ -6,21 +6,18 @@
  * Registered: the distance of srnf_register in symmetric mode, equal for (i, j) and (j, i) by
  * construction; the triangle inequality then holds up to the local minima of registration.
  *
- * Every unordered pair is one task; it writes its two entries, so that the result does not depend
- * on who computes what. Cost: n (n - 1) / 2 registrations, or that many passes over two fields; the
- * SRNFs of all surfaces are held at once only where nothing is registered: 24 n P bytes.
+ * Every unordered pair is one task; it writes its own entry, so that the result does not depend on
+ * who computes what. Cost: n (n - 1) / 2 registrations (registered.c), or that many passes over two
+ * fields; the SRNFs of all surfaces are held at once only where nothing is registered: 24 n P
+ * bytes.
  */
-#include "registration/registration.h"
 #include "stats.h"
 
 #include <math.h>
 
 struct distances {
     const struct srnf_sht *sht;
-    const double *const *surfaces;
-    const struct srnf_register_options *options; /* NULL: as parameterized */
-    const double *q;                             /* [n][3][P], then */
-    uint64_t series;                             /* of registered ones (kept.c) */
+    const double *q; /* [n][3][P] */
     size_t n;
     double *matrix;
 };
@@ -39,39 +36,38 @@ void stats_pair(size_t index, size_t *i, size_t *j)
     *i = index - upper * (upper - 1) / 2;
 }
 
-static int measure(const struct distances *d, size_t i, size_t j,
-                   const struct srnf_context *context, double *distance, struct srnf_error *error)
-{
-    size_t size = 3 * stats_points(srnf_sht_grid(d->sht));
-
-    if (!d->options) {
-        *distance = sqrt(stats_distance2(srnf_sht_grid(d->sht), d->q + i * size, d->q + j * size));
-        return SRNF_OK;
-    }
-    return registration_distance(d->sht, d->surfaces[i], d->surfaces[j], d->options, context,
-                                 distance, error);
-}
-
 static int measure_pair(void *argument, size_t index, const struct srnf_context *context,
                         struct srnf_error *error)
 {
     struct distances *d = argument;
-    double distance = 0.0;
-    size_t i;
-    size_t j;
+    const struct srnf_grid *grid = srnf_sht_grid(d->sht);
+    size_t size = 3 * stats_points(grid);
+    size_t i, j;
+
+    (void)context;
+    (void)error;
+    stats_pair(index, &i, &j);
+    d->matrix[i * d->n + j] = sqrt(stats_distance2(grid, d->q + i * size, d->q + j * size));
+    return SRNF_OK;
+}
+
+static int measure_fields(const struct srnf_sht *sht, enum srnf_representation representation,
+                          size_t n, const double *const *surfaces, size_t pairs,
+                          const struct stats_progress progress, const struct srnf_context *context,
+                          double *matrix, struct srnf_error *error)
+{
+    struct distances d = {.sht = sht, .n = n, .matrix = matrix};
+    size_t size = 3 * stats_points(srnf_sht_grid(sht)), all;
+    double *q = NULL;
     int status;
 
-    stats_pair(index, &i, &j);
-    if (d->options && stats_recall(context, d->series, index, 1, &distance) && distance >= 0.0) {
-        status = SRNF_OK;
-    } else {
-        status = measure(d, i, j, context, &distance, error);
-        if (d->options && status >= 0) {
-            stats_keep(context, d->series, index, 1, &distance);
-        }
+    if (__builtin_mul_overflow(n, size, &all) || !(q = srnf_alloc(all, sizeof(double)))) {
+        return srnf_fail(error, SRNF_ENOMEM, -1, "no memory for the fields of %zu surfaces", n);
     }
-    d->matrix[i * d->n + j] = distance;
-    d->matrix[j * d->n + i] = distance;
+    d.q = q;
+    status = stats_represent(sht, representation, n, surfaces, context, q, error);
+    status = status ? status : stats_run(context, pairs, measure_pair, &d, progress, error);
+    srnf_free(q);
     return status;
 }
 
@@ -81,10 +77,7 @@ int stats_field_distances(const struct srnf_sht *sht, enum srnf_representation r
                           const struct srnf_context *context, double *matrix,
                           struct srnf_error *error)
 {
-    struct srnf_register_options symmetric;
-    struct distances d = {.sht = sht, .surfaces = surfaces, .n = n, .matrix = matrix};
-    size_t size = 3 * stats_points(srnf_sht_grid(sht));
-    double *q = NULL;
+    const struct stats_progress progress = {0.0, 1.0, "measuring distances"};
     size_t pairs;
     int status = stats_check_surfaces(sht, n, surfaces, error);
 
@@ -96,28 +89,23 @@ int stats_field_distances(const struct srnf_sht *sht, enum srnf_representation r
     }
     pairs = n % 2 == 0 ? n / 2 * (n - 1) : (n - 1) / 2 * n;
     if (options) {
-        symmetric = *options;
+        struct srnf_register_options symmetric = *options;
+        struct stats_registered asked = {sht, n, surfaces, &symmetric, 0, 0};
+
         symmetric.symmetric = true;
         symmetric.representation = representation;
-        d.options = &symmetric;
-        d.series = stats_series(sht, STATS_KEPT_DISTANCES, n, surfaces, &symmetric);
+        asked.series = stats_series(sht, STATS_KEPT_DISTANCES, n, surfaces, &symmetric);
+        status = stats_registered_distances(&asked, pairs, NULL, progress, context, matrix, error);
     } else {
-        size_t all;
-
-        if (__builtin_mul_overflow(n, size, &all) || !(q = srnf_alloc(all, sizeof(double)))) {
-            return srnf_fail(error, SRNF_ENOMEM, -1, "no memory for the fields of %zu surfaces", n);
-        }
-        d.q = q;
-        status = stats_represent(sht, representation, n, surfaces, context, q, error);
+        status = measure_fields(sht, representation, n, surfaces, pairs, progress, context, matrix,
+                                error);
     }
     for (size_t i = 0; i < n; i++) {
         matrix[i * n + i] = 0.0;
+        for (size_t j = 0; j < i; j++) {
+            matrix[i * n + j] = matrix[j * n + i];
+        }
     }
-    if (status == SRNF_OK) {
-        status = stats_run(context, pairs, measure_pair, &d,
-                           (struct stats_progress){0.0, 1.0, "measuring distances"}, error);
-    }
-    srnf_free(q);
     return status;
 }
 

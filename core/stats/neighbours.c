@@ -34,7 +34,7 @@
  * Cost: the registrations, and n^2 differences of bounds a round. Memory: n^2 numbers.
  */
 #include "linear/linear.h"
-#include "registration/registration.h"
+#include "mesh/mesh_geometry.h"
 #include "stats.h"
 
 #include <lapacke.h>
@@ -260,26 +260,6 @@ static void list_pairs(struct seeking *s)
     }
 }
 
-static int measure_one(void *argument, size_t index, const struct srnf_context *context,
-                       struct srnf_error *error)
-{
-    struct seeking *s = argument;
-    double distance = 0.0;
-    size_t i, j;
-    int status = SRNF_OK;
-
-    stats_pair(s->pairs[index], &i, &j);
-    if (!stats_recall(context, s->series, s->pairs[index], 1, &distance) || !(distance >= 0.0)) {
-        status = registration_distance(s->sht, s->surfaces[i], s->surfaces[j], &s->options, context,
-                                       &distance, error);
-        if (status >= 0) {
-            stats_keep(context, s->series, s->pairs[index], 1, &distance);
-        }
-    }
-    *entry(s, i, j) = distance;
-    return status;
-}
-
 /* The pairs of the round on other machines; SRNF_SEARCH_HERE: the caller has none. */
 static int measure_elsewhere(struct seeking *s, const struct srnf_context *context,
                              struct stats_progress progress, struct srnf_error *error)
@@ -324,10 +304,12 @@ static int measure_all(struct seeking *s, const struct srnf_context *context,
     const struct stats_progress progress = {(double)s->out->registered / all,
                                             (double)(s->out->registered + s->count) / all,
                                             "registering neighbours"};
+    const struct stats_registered asked = {s->sht, s->n, s->surfaces, &s->options, s->series, 0};
     int status = measure_elsewhere(s, context, progress, error);
 
     return status == SRNF_SEARCH_HERE
-               ? stats_run(context, s->count, measure_one, s, progress, error)
+               ? stats_registered_distances(&asked, s->count, s->pairs, progress, context,
+                                            s->matrix, error)
                : status;
 }
 

@@ -154,6 +154,21 @@ void stats_keep(const struct srnf_context *context, uint64_t series, size_t inde
 
 /* Pairs (i, j) with i < j in the order (0,1), (0,2), (1,2), (0,3), ..: pair j (j - 1) / 2 + i. */
 void stats_pair(size_t index, size_t *i, size_t *j);
+/* Registered distances (registered.c). */
+struct stats_registered {
+    const struct srnf_sht *sht;
+    size_t n;
+    const double *const *surfaces;               /* [n] */
+    const struct srnf_register_options *options; /* symmetric */
+    uint64_t series;                             /* kept.c */
+    size_t held; /* of them, ready for their pairs at a time, two at least; 0: what memory allows */
+};
+/* Of pairs by their numbers, each once; pairs NULL: the first `count`. matrix: [n][n], of which
+   entries (i, j) with i < j are set. */
+SRNF_CHECKED int stats_registered_distances(const struct stats_registered *asked, size_t count,
+                                            const size_t *pairs, struct stats_progress progress,
+                                            const struct srnf_context *context, double *matrix,
+                                            struct srnf_error *error);
 /* srnf_distances in a representation, whatever the options say of it. */
 SRNF_CHECKED int
 stats_field_distances(const struct srnf_sht *sht, enum srnf_representation representation, size_t n,

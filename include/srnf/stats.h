@@ -28,6 +28,9 @@ SRNF_CHECKED int srnf_distances(const struct srnf_sht *sht, size_t n, const doub
                                 const struct srnf_context *context, double *matrix,
                                 struct srnf_error *error);
 
+/* Bytes that registered distances of n surfaces take beside the matrix, at most. */
+double srnf_distances_memory(size_t n, size_t degree);
+
 /* What srnf_context.measure is asked for. */
 struct srnf_pair_search {
     const struct srnf_sht *sht;

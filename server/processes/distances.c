@@ -76,13 +76,16 @@ static void complete(struct process_inputs *given)
     size_t n = json_array_size(json_object_get(given->canonical, "surfaces"));
     bool listed = json_is_null(json_object_get(given->canonical, "cohort"));
     long degree = inputs_integer(given, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, given->degree);
+    bool registered = !json_is_false(json_object_get(given->canonical, "register"));
 
     if (n > PROCESS_MATRIX_MAX) {
         problem_add(given->list, listed ? "/inputs/surfaces" : "/inputs/cohort",
                     "has %zu surfaces; a matrix of distances is made of up to %d", n,
                     PROCESS_MATRIX_MAX);
     }
-    inputs_check_memory(given, n, degree, 1, 3.0 * 8.0 * (double)n * (double)n);
+    inputs_check_memory(given, n, degree, 1,
+                        3.0 * 8.0 * (double)n * (double)n +
+                            (registered ? srnf_distances_memory(n, (size_t)degree) : 0.0));
 }
 
 /* ---- Running --------------------------------------------------------------------------------- */

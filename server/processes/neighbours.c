@@ -64,7 +64,9 @@ static void complete(struct process_inputs *given)
         problem_add(given->list, listed ? "/inputs/surfaces" : "/inputs/cohort",
                     "has %zu surfaces; neighbours are found among up to %d", n, COMPUTE_PAIRS_MAX);
     }
-    inputs_check_memory(given, n, degree, 0, 8.0 * (double)n * ((double)n + 2000.0));
+    inputs_check_memory(given, n, degree, 0,
+                        8.0 * (double)n * ((double)n + 2000.0) +
+                            srnf_distances_memory(n, (size_t)degree));
 }
 
 /* ---- Running --------------------------------------------------------------------------------- */

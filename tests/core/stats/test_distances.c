@@ -186,6 +186,56 @@ static void registered_distances(void **state)
     group_close(&g);
 }
 
+/* Surfaces are prepared for many pairs, and more of them than are held come tile by tile: the same
+   bits as of each pair alone, of the pairs that are asked for. */
+static void prepared_surfaces_change_nothing(void **state)
+{
+    enum { MANY = 5, PAIRS = MANY * (MANY - 1) / 2 };
+    const size_t some[] = {7, 1, 4, 9};
+    struct srnf_register_options options = srnf_register_options_defaults();
+    double expected[MANY * MANY], pair[4];
+    struct group g;
+
+    (void)state;
+    group_open_stars(&g, 5, MANY, 0.5);
+    options.degree = 4;
+    options.symmetric = true;
+    for (size_t k = 0; k < PAIRS; k++) {
+        const double *ends[2];
+        size_t i, j;
+
+        stats_pair(k, &i, &j);
+        ends[0] = g.f[i];
+        ends[1] = g.f[j];
+        assert_int_equal(srnf_distances(g.sht, 2, ends, &options, NULL, pair, NULL), SRNF_OK);
+        expected[i * MANY + j] = pair[1];
+    }
+    for (size_t held = 2; held <= MANY; held++) {
+        struct group_watch watch;
+        struct srnf_context context = group_context(&watch, group_threads[held % GROUP_SPREADS]);
+        struct stats_registered asked = {g.sht, MANY, g.surfaces, &options, 0, held};
+        bool listed = held % 2 == 0;
+        size_t count = listed ? sizeof some / sizeof some[0] : PAIRS;
+        double matrix[MANY * MANY];
+
+        assert_int_equal(stats_registered_distances(&asked, count, listed ? some : NULL,
+                                                    (struct stats_progress){0.0, 1.0, "testing"},
+                                                    &context, matrix, NULL),
+                         SRNF_OK);
+        for (size_t k = 0; k < count; k++) {
+            size_t i, j;
+
+            stats_pair(listed ? some[k] : k, &i, &j);
+            assert_true(matrix[i * MANY + j] == expected[i * MANY + j]);
+        }
+        assert_int_equal(atomic_load(&watch.reports), count);
+        assert_true(atomic_load(&watch.highest) == 1.0);
+    }
+    assert_true(srnf_distances_memory(3, 15) < srnf_distances_memory(30, 15));
+    assert_true(srnf_distances_memory(1000, 15) < 1e8);
+    group_close(&g);
+}
+
 /* ---- The loop itself: the failure of the lowest index, whatever the order -------------------- */
 
 static int fails_at_some(void *argument, size_t index, const struct srnf_context *context,
@@ -236,6 +286,7 @@ int main(void)
         cmocka_unit_test(can_be_canceled),
         cmocka_unit_test(refuses_what_it_cannot_take),
         cmocka_unit_test(registered_distances),
+        cmocka_unit_test(prepared_surfaces_change_nothing),
         cmocka_unit_test(tells_the_first_failure),
     };
 
