@@ -28,7 +28,7 @@ bool mesh_sniff_brainvisa(const unsigned char *bytes, size_t size)
                                memcmp(bytes, "binarDCBA", MAGIC_SIZE) == 0)) {
         return true;
     }
-    scan_begin(&scan, bytes, size);
+    scan_sniff(&scan, bytes, size);
     return scan_word(&scan, &word) && token_is(word, "ascii") && scan_word(&scan, &word) &&
            token_is(word, "VOID");
 }

@@ -29,7 +29,7 @@ bool mesh_sniff_byu(const unsigned char *bytes, size_t size)
     struct scan scan;
     int64_t counts[HEADER_NUMBERS], first = 0, last = 0;
 
-    scan_begin(&scan, bytes, size);
+    scan_sniff(&scan, bytes, size);
     for (size_t i = 0; i < HEADER_NUMBERS; i++) {
         if (!next_integer(&scan, &counts[i])) {
             return false;

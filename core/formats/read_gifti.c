@@ -234,7 +234,7 @@ bool mesh_sniff_gifti(const unsigned char *bytes, size_t size)
     struct scan scan;
     struct token word;
 
-    scan_begin(&scan, bytes, size);
+    scan_sniff(&scan, bytes, size);
     return scan_word(&scan, &word) && word.text[0] == '<' &&
            (contains(bytes, size, "<GIFTI") || contains(bytes, size, "<!DOCTYPE GIFTI"));
 }

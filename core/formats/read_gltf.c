@@ -44,7 +44,7 @@ bool mesh_sniff_gltf(const unsigned char *bytes, size_t size)
     struct scan scan;
     struct token word;
 
-    scan_begin(&scan, bytes, size);
+    scan_sniff(&scan, bytes, size);
     if (!scan_word(&scan, &word) || word.text[0] != '{') {
         return false;
     }

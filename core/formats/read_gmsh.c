@@ -53,7 +53,7 @@ bool mesh_sniff_gmsh(const unsigned char *bytes, size_t size)
     struct scan scan;
     struct token word;
 
-    scan_begin(&scan, bytes, size);
+    scan_sniff(&scan, bytes, size);
     return scan_word(&scan, &word) &&
            (token_is(word, "$MeshFormat") || token_is(word, "$Comments") || token_is(word, "$NOD"));
 }

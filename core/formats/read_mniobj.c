@@ -59,7 +59,7 @@ bool mesh_sniff_mniobj(const unsigned char *bytes, size_t size)
     if (is_binary(bytes, size)) {
         return true;
     }
-    scan_begin(&scan, bytes, size);
+    scan_sniff(&scan, bytes, size);
     if (!scan_word(&scan, &word) || word.size != 1 || *word.text != 'P') {
         return false;
     }

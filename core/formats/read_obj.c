@@ -55,6 +55,7 @@ bool mesh_sniff_obj(const unsigned char *bytes, size_t size)
     struct token word;
 
     begin(&scan, bytes, size);
+    scan.most = SCAN_SNIFFED_MAX;
     for (size_t i = 0; i < SNIFF_LINES_MAX && scan_word(&scan, &word) && is_keyword(word); i++) {
         bool is_vertex = token_is(word, "v");
         size_t words = count_words(NULL, &scan);

@@ -67,7 +67,7 @@ bool mesh_sniff_off(const unsigned char *bytes, size_t size)
     struct scan scan;
     struct token prefix, rest;
 
-    scan_begin(&scan, bytes, size);
+    scan_sniff(&scan, bytes, size);
     scan.comments = true;
     return first_keyword(&scan, &prefix, &rest);
 }

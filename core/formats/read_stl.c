@@ -42,7 +42,7 @@ static bool is_text(const unsigned char *bytes, size_t size)
     struct scan scan;
     struct token word;
 
-    scan_begin(&scan, bytes, size);
+    scan_sniff(&scan, bytes, size);
     return !has_binary_size(bytes, size) && scan_word(&scan, &word) && token_is(word, "solid") &&
            !memchr(bytes, '\0', size < TEXT_PROBE ? size : TEXT_PROBE);
 }

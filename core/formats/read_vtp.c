@@ -353,7 +353,7 @@ bool mesh_sniff_vtp(const unsigned char *bytes, size_t size)
     const unsigned char *root;
 
     size = size < SNIFF_BYTES ? size : SNIFF_BYTES;
-    scan_begin(&scan, bytes, size);
+    scan_sniff(&scan, bytes, size);
     if (!scan_word(&scan, &word) || word.text[0] != '<') {
         return false;
     }

@@ -53,6 +53,12 @@ void scan_begin(struct scan *scan, const unsigned char *bytes, size_t size)
     }
 }
 
+void scan_sniff(struct scan *scan, const unsigned char *bytes, size_t size)
+{
+    scan_begin(scan, bytes, size);
+    scan->most = SCAN_SNIFFED_MAX;
+}
+
 size_t scan_left(const struct scan *scan)
 {
     return (size_t)(scan->end - scan->at);
@@ -91,13 +97,17 @@ static void skip_blanks(struct scan *scan)
 
 bool scan_word_on_line(struct scan *scan, struct token *token)
 {
+    const unsigned char *at, *end;
+
     skip_blanks(scan);
-    token->text = scan->at;
-    while (scan->at < scan->end && !is_blank(*scan->at) && !is_line_end(*scan->at) &&
-           !(scan->continuation && *scan->at == '\\' && line_end_size(scan->at + 1, scan->end))) {
-        scan->at++;
+    token->text = at = scan->at;
+    end = scan->most && scan_left(scan) > scan->most ? at + scan->most : scan->end;
+    while (at < end && !is_blank(*at) && !is_line_end(*at) &&
+           !(scan->continuation && *at == '\\' && line_end_size(at + 1, scan->end))) {
+        at++;
     }
-    token->size = (size_t)(scan->at - token->text);
+    scan->at = at;
+    token->size = (size_t)(at - token->text);
     return token->size > 0;
 }
 

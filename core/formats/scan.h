@@ -15,9 +15,12 @@
 
 /* Longest word that is taken for a number; more digits than any double has. */
 #define SCAN_NUMBER_MAX 127
+/* Longer than any word that a format is known by. */
+#define SCAN_SNIFFED_MAX 4096
 
 struct scan {
     const unsigned char *at, *end;
+    size_t most;       /* bytes of the longest word, what is longer is several; 0: any */
     bool comments;     /* '#' at the start of a word hides the rest of its line */
     bool continuation; /* a backslash before the end of a line joins the next one to it */
 };
@@ -41,6 +44,10 @@ static inline bool scan_is_space(unsigned char c)
 
 /* Starts at the first byte behind a UTF-8 byte order mark, should there be one. */
 void scan_begin(struct scan *scan, const unsigned char *bytes, size_t size);
+
+/* The same for a look at what the bytes may be: a word ends after SCAN_SNIFFED_MAX bytes, so that
+   what is not text at all is not read to its end. */
+void scan_sniff(struct scan *scan, const unsigned char *bytes, size_t size);
 
 /* The next word, on whatever line; false at the end of the input. */
 bool scan_word(struct scan *scan, struct token *token);

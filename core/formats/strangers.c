@@ -114,7 +114,7 @@ const char *mesh_stranger(const unsigned char *bytes, size_t size, const char **
     struct token word;
 
     *kind = "empty";
-    scan_begin(&scan, bytes, size);
+    scan_sniff(&scan, bytes, size);
     if (!scan_word(&scan, &word)) {
         return size == 0 ? "the body is empty" : "the body holds nothing but white space";
     }

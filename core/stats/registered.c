@@ -117,8 +117,8 @@ static int prepare_one(void *argument, size_t index, const struct srnf_context *
 {
     struct run *run = argument;
     size_t i = run->missing[index];
-    int status = registration_subject(run->asked->sht, run->asked->surfaces[i],
-                                      run->asked->options, context, &run->subjects[i]);
+    int status = registration_subject(run->asked->sht, run->asked->surfaces[i], run->asked->options,
+                                      context, &run->subjects[i]);
 
     return status ? srnf_fail(error, status, -1, "%s", srnf_strerror(status)) : SRNF_OK;
 }
@@ -150,9 +150,9 @@ static int measure_one(void *argument, size_t index, const struct srnf_context *
     int status;
 
     stats_pair(pair, &i, &j);
-    status = registration_distance(asked->sht, asked->surfaces[i], asked->surfaces[j],
-                                   run->subjects[i], run->subjects[j], asked->options, context,
-                                   &distance, error);
+    status =
+        registration_distance(asked->sht, asked->surfaces[i], asked->surfaces[j], run->subjects[i],
+                              run->subjects[j], asked->options, context, &distance, error);
     if (status >= 0) {
         stats_keep(context, asked->series, pair, 1, &distance);
     }
@@ -189,8 +189,8 @@ int stats_registered_distances(const struct stats_registered *asked, size_t coun
     size_t n = asked->n;
     struct run run = {.asked = asked,
                       .matrix = matrix,
-                      .held = asked->held ? asked->held
-                                          : subjects_held(n, srnf_sht_degree(asked->sht)),
+                      .held =
+                          asked->held ? asked->held : subjects_held(n, srnf_sht_degree(asked->sht)),
                       .items = srnf_alloc(count ? count : 1, sizeof *run.items),
                       .subjects = srnf_alloc(n, sizeof(struct subject *)),
                       .wanted = srnf_alloc(n, sizeof *run.wanted),

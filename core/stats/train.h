@@ -7,7 +7,7 @@
 #include "folds.h"
 #include "frozen.h"
 
-#define TRAIN_GROUPS 10 /* that the training subjects of a fold are dealt into */
+#define TRAIN_GROUPS 10       /* that the training subjects of a fold are dealt into */
 #define TRAIN_NOBODY SIZE_MAX /* left out */
 
 struct training {

@@ -197,8 +197,8 @@ struct frozen_numbers train_numbers(const struct training *t)
 
 /* The calibration of the fold that leaves a subject out, or of all. */
 int train_calibrate(const struct training *t, const double *products, size_t left_out,
-                     const struct srnf_context *context, struct srnf_platt *platt,
-                     struct srnf_error *error)
+                    const struct srnf_context *context, struct srnf_platt *platt,
+                    struct srnf_error *error)
 {
     size_t n = t->n, count = 0;
     double *evidence = srnf_alloc(2 * n * t->classes, sizeof(double));

@@ -9,7 +9,7 @@
 
 /* Subjects of each class, and the priors that follow. SRNF_EINVAL: a class has too few. */
 int train_count_classes(const struct training *t, size_t *counts, double *priors,
-                         struct srnf_error *error)
+                        struct srnf_error *error)
 {
     for (size_t s = 0; s < t->subjects.count; s++) {
         counts[train_class_of(t, s)]++;
@@ -45,8 +45,7 @@ size_t srnf_train_determined(size_t classes, const size_t *counts, bool pooled, 
 }
 
 /* Whether the innermost training subjects determine the covariance. */
-int train_check_components(const struct training *t, const size_t *counts,
-                            struct srnf_error *error)
+int train_check_components(const struct training *t, const size_t *counts, struct srnf_error *error)
 {
     const struct srnf_train_options *o = t->options;
     bool open = o->components == 0 || o->covariance == SRNF_COVARIANCE_AUTO;
@@ -64,7 +63,7 @@ int train_check_components(const struct training *t, const size_t *counts,
 }
 
 int train_check(size_t n, const size_t *labels, size_t n_classes,
-                 const struct srnf_train_options *options, struct srnf_error *error)
+                const struct srnf_train_options *options, struct srnf_error *error)
 {
     if (n_classes < 2 || n_classes > n) {
         return srnf_fail(error, SRNF_EINVAL, -1, "%zu classes of %zu members are not 2 or more",
@@ -97,7 +96,7 @@ int train_check(size_t n, const size_t *labels, size_t n_classes,
 }
 
 int train_check_parts(const struct srnf_train_options *options, size_t n, double *weights,
-                       struct folds_sum *sum, struct srnf_error *error)
+                      struct folds_sum *sum, struct srnf_error *error)
 {
     if (options->n_parts < 1 || options->n_parts > SRNF_PARTS_MAX) {
         return srnf_fail(error, SRNF_EINVAL, -1, "%zu parts are not 1 to %zu", options->n_parts,

@@ -71,7 +71,7 @@ static int fit_fields(const struct training *t, const struct srnf_grid *grid, co
 }
 
 int train_fit_components(const struct training *t, const struct srnf_grid *grid,
-                          const struct srnf_context *context)
+                         const struct srnf_context *context)
 {
     struct srnf_stack stack;
     double *q = NULL;
@@ -134,7 +134,7 @@ static int fit(const struct training *t, const double *products, struct srnf_err
 }
 
 int train_freeze(const struct training *t, const struct srnf_context *context,
-                  struct srnf_error *error)
+                 struct srnf_error *error)
 {
     struct srnf_classifier *classifier = &t->out->classifier;
     double *products = train_products(t, SIZE_MAX);

@@ -573,6 +573,28 @@ static void test_linear_time(void **state)
     srnf_buffer_clear(&file);
 }
 
+/* What no text has is not read to its end to find that out. */
+static void test_one_word(void **state)
+{
+    size_t size = (size_t)64 << 20;
+    char *bytes = srnf_alloc(size, 1);
+    struct srnf_mesh mesh;
+
+    (void)state;
+    assert_non_null(bytes);
+    for (int byte = 0; byte <= 'a'; byte += 'a') {
+        clock_t start;
+
+        memset(bytes, byte, size);
+        start = clock();
+        assert_int_equal(srnf_mesh_read(bytes, size, SRNF_MESH_UNKNOWN, NULL, &mesh, NULL, NULL),
+                         SRNF_EFORMAT);
+        /* To its end by every format that looks at it takes .7 s. */
+        assert_true(clock() - start < CLOCKS_PER_SEC / 20);
+    }
+    srnf_free(bytes);
+}
+
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
@@ -582,7 +604,7 @@ int main(void)
         cmocka_unit_test(test_polygons),      cmocka_unit_test(test_numbers),
         cmocka_unit_test(test_limits),        cmocka_unit_test(test_bomb),
         cmocka_unit_test(test_linear_time),   cmocka_unit_test(test_crowded_headers),
-        cmocka_unit_test(test_empty_element),
+        cmocka_unit_test(test_empty_element), cmocka_unit_test(test_one_word),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
