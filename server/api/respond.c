@@ -251,6 +251,8 @@ static bool not_modified(struct api_call *call, const char *tag, const char *cac
     if (!reads || !condition_names(call, "If-None-Match", tag)) {
         return false;
     }
+    /* As the 200 that it stands for has where it may be packed (transmit.c). */
+    (void)api_response_header_text(call->response, "Vary", "Accept-Encoding");
     call->response->status = 304;
     return true;
 }

@@ -65,6 +65,7 @@ SIZE=$(wc -c <"$BODY")
 cp "$BODY" "$SCRATCH/whole"
 as "$ADA" get "/v1/meshes/$MESH/content" --header "If-None-Match: $TAG"
 is "$STATUS" 304 'and need not be sent twice'
+is "$(header Vary)" Accept-Encoding 'and caches are told what it varies with'
 as "$ADA" get "/v1/meshes/$MESH/content" --header 'Accept-Encoding: br, gzip;q=0.5'
 is "$(header Content-Encoding) $(header ETag)" "gzip W/$TAG" 'it is packed for who takes gzip'
 gzip -dc <"$BODY" >"$SCRATCH/unpacked"
