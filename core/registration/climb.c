@@ -42,7 +42,7 @@ static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 static void close_climb(struct climb *c)
 {
-    tabulated_fields_clear(&c->loads);
+    tools_return_fields(c->search->tools, &c->loads);
     tabulated_target_clear(&c->target);
     cloud_clear(&c->cloud);
     cloud_clear(&c->spare);
@@ -123,9 +123,9 @@ static int open_loads(struct climb *c, size_t degree)
     if (c->loads.degree == degree) {
         return SRNF_OK;
     }
-    tabulated_fields_clear(&c->loads);
-    return tabulated_fields_create(&c->loads, degree, pulled_table.order,
-                                   field_table_rows(&pulled_table, degree));
+    tools_return_fields(c->search->tools, &c->loads);
+    return tools_fields(c->search->tools, degree, pulled_table.order,
+                        field_table_rows(&pulled_table, degree), &c->loads);
 }
 
 /* finely: the points that steps make are kept. */
@@ -148,8 +148,8 @@ static int climb_rung(struct climb *c, bool finely, size_t degree, double decrea
     int status = open_loads(c, degree);
 
     if (status == SRNF_OK && finely) {
-        status = tabulated_fields_create(&fine, degree, follow_table.order,
-                                         field_table_rows(&follow_table, degree));
+        status = tools_fields(c->search->tools, degree, follow_table.order,
+                              field_table_rows(&follow_table, degree), &fine);
     }
 
     if (status == SRNF_OK && c->search->landmarks) {
@@ -167,7 +167,7 @@ static int climb_rung(struct climb *c, bool finely, size_t degree, double decrea
     }
     landmark_track_clear(&track);
     tabulated_level_clear(&level);
-    tabulated_fields_clear(&fine);
+    tools_return_fields(c->search->tools, &fine);
     return status;
 }
 
@@ -220,7 +220,8 @@ static bool is_forward(const struct srnf_warp *chain)
 /* From the points of delta, which the cloud holds, to those of gamma o delta. */
 static int push(struct climb *c, const struct srnf_warp *chain)
 {
-    int status = cloud_follow(&c->cloud, chain, &follow_table, c->search->context);
+    int status =
+        cloud_follow(&c->cloud, chain, &follow_table, c->search->tools, c->search->context);
 
     measure(c, &c->search->subject->full);
     return status;
@@ -261,12 +262,12 @@ static int settle(struct climb *c, struct srnf_warp *delta)
     int status = SRNF_OK;
 
     if (search_refits(s)) {
-        status = warp_refit(&c->problem, &s->nodes, REFIT_DEGREE, REFIT_WORSE, &c->cloud, &c->spare,
-                            delta);
+        status = warp_refit(&c->problem, &s->nodes, REFIT_DEGREE, REFIT_WORSE, s->tools, &c->cloud,
+                            &c->spare, delta);
     }
     if (status == SRNF_OK && delta->n_links == steps) {
         cloud_rotate(&c->cloud, &c->target, identity);
-        status = cloud_follow(&c->cloud, delta, &follow_table, s->context);
+        status = cloud_follow(&c->cloud, delta, &follow_table, s->tools, s->context);
     }
     return status;
 }
@@ -301,7 +302,9 @@ static int climb_pulled(struct climb *c, struct search_result *result)
     double before = 0.0;
     int status = matrix ? SRNF_OK : SRNF_ENOMEM;
 
-    status = status ? status : tabulated_moving_pull(&pulled, &s->subject->full, chain, s->context);
+    status = status
+                 ? status
+                 : tabulated_moving_pull(&pulled, &s->subject->full, chain, s->tools, s->context);
     status = status ? status : tabulated_matrix(&pulled, c->top, s->context, matrix);
     status = status ? status : find_delta(c, &pulled, matrix, &delta, &before, result);
     if (status == SRNF_OK && !(c->cloud.objective < before)) {

@@ -7,6 +7,7 @@
  * searches can be done on other machines (srnf_context.search).
  */
 #include "landmarks.h"
+#include "tabulated.h"
 
 #include <math.h>
 #include <string.h>
@@ -41,6 +42,7 @@ int registration_to_field(const struct srnf_sht *sht, const double *field, doubl
 {
     struct search_result found = {.iterations = 0};
     struct landmark_search guide = {.worst = 0};
+    struct tabulated_tools *tools;
     struct search search;
     int status = check_search(sht, field, norm2, moving, options, error);
 
@@ -48,7 +50,9 @@ int registration_to_field(const struct srnf_sht *sht, const double *field, doubl
     if (status) {
         return status;
     }
-    status = search_create(&search, sht, field, NULL, moving, options, NULL, context);
+    tools = tools_create();
+    status = tools ? search_create(&search, sht, field, NULL, moving, options, NULL, tools, context)
+                   : SRNF_ENOMEM;
     if (status == SRNF_OK) {
         search.chain = true;
         if (norm2 != 0.0) {
@@ -61,6 +65,7 @@ int registration_to_field(const struct srnf_sht *sht, const double *field, doubl
         status = search_run(&search, &found);
         search_clear(&search);
     }
+    tools_destroy(tools);
     status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
     if (status == SRNF_OK) {
         *warp = found.warp.chain;

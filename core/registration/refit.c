@@ -34,6 +34,7 @@ static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 struct refit {
     const struct nodes_of *grid;
+    struct tabulated_tools *tools;
     size_t degree, count, n;
     struct srnf_sht *sht;
     double *memory;
@@ -44,20 +45,22 @@ struct refit {
 
 static void close_refit(struct refit *r)
 {
-    srnf_sht_destroy(r->sht);
+    tools_return_transform(r->tools, r->sht);
     srnf_free(r->memory);
     srnf_free(r->workspace);
 }
 
-static int open_refit(struct refit *r, const struct nodes_of *grid, size_t degree)
+static int open_refit(struct refit *r, const struct nodes_of *grid, size_t degree,
+                      struct tabulated_tools *tools)
 {
     int status;
 
     *r = (struct refit){.grid = grid,
+                        .tools = tools,
                         .degree = degree,
                         .count = srnf_coefficient_count(degree),
                         .n = grid->n_theta * grid->n_phi};
-    status = srnf_sht_create(&r->sht, degree, grid->kind, grid->n_theta, grid->n_phi);
+    status = tools_transform(tools, degree, grid, &r->sht);
     if (status) {
         return status;
     }
@@ -177,7 +180,7 @@ static int fit_parts(const struct refit *r, const struct tabulated_problem *prob
         double rotation[9];
 
         cloud_rotate(spare, problem->target, identity);
-        status = cloud_follow(spare, &links, &rough_table, NULL);
+        status = cloud_follow(spare, &links, &rough_table, r->tools, NULL);
         *fits = status == SRNF_OK && find_fit(r, problem->target, still, spare, rotation);
         if (*fits) {
             status = append_fit(r, rotation, still, fit);
@@ -191,8 +194,8 @@ static int place(const struct refit *r, const struct tabulated_problem *problem,
                  const struct srnf_warp *fit, struct cloud *to, double *least)
 {
     struct tabulated_fields fields = {0};
-    int status = tabulated_fields_create(&fields, r->degree, follow_table.order,
-                                         field_table_rows(&follow_table, r->degree));
+    int status = tools_fields(r->tools, r->degree, follow_table.order,
+                              field_table_rows(&follow_table, r->degree), &fields);
 
     if (status) {
         return status;
@@ -207,7 +210,7 @@ static int place(const struct refit *r, const struct tabulated_problem *problem,
             *least = fmin(*least, cloud_move(&fields.table, to, to));
         }
     }
-    tabulated_fields_clear(&fields);
+    tools_return_fields(r->tools, &fields);
     if (*least >= LEAST_JACOBIAN) {
         cloud_evaluate(problem->moving, to);
         cloud_measure(problem, to);
@@ -284,11 +287,12 @@ static int refit_halves(const struct refit *r, const struct tabulated_problem *p
 }
 
 int warp_refit(const struct tabulated_problem *problem, const struct nodes_of *grid, size_t degree,
-               double worse, struct cloud *cloud, struct cloud *spare, struct srnf_warp *chain)
+               double worse, struct tabulated_tools *tools, struct cloud *cloud,
+               struct cloud *spare, struct srnf_warp *chain)
 {
     struct refit r;
     bool taken = false;
-    int status = open_refit(&r, grid, degree);
+    int status = open_refit(&r, grid, degree, tools);
 
     if (status == SRNF_OK) {
         status = refit_whole(&r, problem, worse, cloud, spare, chain, &taken);

@@ -2,6 +2,7 @@
  * register.c - elastic registration of two surfaces: what is checked, and the calls.
  */
 #include "register.h"
+#include "tabulated.h"
 
 #include <math.h>
 #include <string.h>
@@ -27,7 +28,9 @@ static int call_create(struct call *c, const struct srnf_sht *sht, const double 
     c->n = grid->n_theta * grid->n_phi;
     c->q1 = srnf_alloc(6 * c->n, sizeof(double));
     c->workspace = srnf_alloc(1, srnf_surface_workspace_size(sht));
-    if (!c->q1 || !c->workspace) {
+    c->own_tools = !c->tools;
+    c->tools = c->tools ? c->tools : tools_create();
+    if (!c->q1 || !c->workspace || !c->tools) {
         return SRNF_ENOMEM;
     }
     c->q2 = c->q1 + 3 * c->n;
@@ -44,6 +47,9 @@ static void call_clear(struct call *c)
 {
     srnf_free(c->q1);
     srnf_free(c->workspace);
+    if (c->own_tools) {
+        tools_destroy(c->tools);
+    }
 }
 
 /* ---- Driver ---------------------------------------------------------------------------------- */
@@ -119,13 +125,15 @@ static int finish(const struct srnf_context *context, const struct landmark_sear
 
 int registration_distance(const struct srnf_sht *sht, const double *template_surface,
                           const double *moving, const struct subject *template_subject,
-                          const struct subject *moving_subject,
+                          const struct subject *moving_subject, struct tabulated_tools *tools,
                           const struct srnf_register_options *options,
                           const struct srnf_context *context, double *distance,
                           struct srnf_error *error)
 {
-    struct call call = {
-        .options = options, .context = context, .subjects = {template_subject, moving_subject}};
+    struct call call = {.options = options,
+                        .context = context,
+                        .subjects = {template_subject, moving_subject},
+                        .tools = tools};
     struct search_result found = {.iterations = 0};
     double ignored;
     int status = check(sht, template_surface, NULL, moving, options, error);
@@ -207,7 +215,7 @@ static int measure_known(const struct call *c, const double *template_surface, c
 {
     struct search search;
     int status = search_create(&search, c->sht, c->q1, template_surface, moving, c->options, NULL,
-                               c->context);
+                               c->tools, c->context);
 
     if (status == SRNF_OK) {
         status = search_evaluate(&search, warp, found);

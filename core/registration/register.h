@@ -15,8 +15,10 @@ struct call {
     const struct srnf_context *context;
     struct landmark_search *landmarks; /* from the template to the moving surface, or NULL */
     const struct subject *subjects[2]; /* of the template and of the moving surface, or NULL */
-    size_t degree, count, n;           /* count = 3 (L+1)^2, n = grid points */
-    double *q1, *q2; /* [3][n] of the template and of the moving surface as given */
+    struct tabulated_tools *tools;
+    bool own_tools;
+    size_t degree, count, n; /* count = 3 (L+1)^2, n = grid points */
+    double *q1, *q2;         /* [3][n] of the template and of the moving surface as given */
     void *workspace;
 };
 

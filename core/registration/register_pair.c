@@ -50,8 +50,8 @@ int register_one_way(const struct call *c, const double *q_template, const doubl
                      struct search_result *result)
 {
     struct search search;
-    int status =
-        search_create(&search, c->sht, q_template, surface, moving, c->options, NULL, c->context);
+    int status = search_create(&search, c->sht, q_template, surface, moving, c->options, NULL,
+                               c->tools, c->context);
 
     if (status) {
         return status;
@@ -129,7 +129,7 @@ static int search_way(const struct call *c, const struct pair *pair, size_t k,
                       struct search *search, struct search_result *result)
 {
     int status = search_create(search, c->sht, pair->q[k], pair->surface[k], pair->surface[1 - k],
-                               c->options, pair->subjects[1 - k], c->context);
+                               c->options, pair->subjects[1 - k], c->tools, c->context);
 
     search->rounds = 0;
     search->basin = basins_tell(c);
@@ -244,7 +244,7 @@ static int measure_same(const struct call *c, const double *template_surface, co
     struct srnf_warp chain = {0};
     struct search search;
     int status = search_create(&search, c->sht, c->q1, template_surface, moving, c->options, NULL,
-                               c->context);
+                               c->tools, c->context);
 
     if (status) {
         return status;

@@ -26,7 +26,14 @@
    */
 
 struct tabulated_moving;
+struct tabulated_tools;
 struct subject;
+
+/* A grid of nodes by its sizes alone. */
+struct nodes_of {
+    enum srnf_grid_kind kind;
+    size_t n_theta, n_phi;
+};
 
 struct moving {
     enum srnf_representation representation; /* of moving_create: the SRNF */
@@ -244,12 +251,6 @@ SRNF_CHECKED int registration_rigid(const struct problem *problem, struct start_
 
 struct landmark_search;
 
-/* A grid of nodes by its sizes alone. */
-struct nodes_of {
-    enum srnf_grid_kind kind;
-    size_t n_theta, n_phi;
-};
-
 /* Both surfaces prepared for a search in one direction. */
 struct search {
     const struct srnf_register_options *options;
@@ -261,6 +262,7 @@ struct search {
     bool has_template;
     const struct subject *subject;     /* tables of the moving surface */
     struct subject *own;               /* the same, where they were made for this search */
+    struct tabulated_tools *tools;     /* of its thread, or NULL */
     size_t rounds;                     /* of steps in both domains in turn, at most */
     bool basin;                        /* by tables: no further than where the basin is known */
     bool chain;                        /* nothing but the chain and the rotation is asked for */
@@ -270,11 +272,12 @@ struct search {
     struct nodes_of nodes;             /* the same */
 };
 /* q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or
-   NULL. subject: of the moving surface, or NULL. */
+   NULL. subject: of the moving surface, or NULL. tools: or NULL. */
 SRNF_CHECKED int search_create(struct search *search, const struct srnf_sht *sht, const double *q1,
                                const double *template_surface, const double *moving,
                                const struct srnf_register_options *options,
-                               const struct subject *subject, const struct srnf_context *context);
+                               const struct subject *subject, struct tabulated_tools *tools,
+                               const struct srnf_context *context);
 void search_clear(struct search *search);
 
 struct search_result {
@@ -330,10 +333,12 @@ void registration_subject_destroy(struct subject *subject);
 /* Bytes of one, at most. */
 double registration_subject_bytes(size_t degree);
 /* The distance of srnf_register, without the rest of its report, which takes as long as a third of
-   the search. The subjects of both surfaces, or NULL: they are made. */
+   the search. The subjects of both surfaces, and tools (tabulated.h) that no other thread uses, or
+   NULL: they are made. */
 SRNF_CHECKED int registration_distance(const struct srnf_sht *sht, const double *template_surface,
                                        const double *moving, const struct subject *template_subject,
                                        const struct subject *moving_subject,
+                                       struct tabulated_tools *tools,
                                        const struct srnf_register_options *options,
                                        const struct srnf_context *context, double *distance,
                                        struct srnf_error *error);

@@ -42,8 +42,8 @@ static int template_series(struct search *s, const double *q1)
 
 /* q1 on a finer grid of the same kind: from the surface itself, or by the harmonics of q1 that its
    grid resolves. */
-static int fine_field(const struct srnf_sht *sht, enum srnf_representation representation,
-                      const double *q1, const double *template_surface, size_t rows,
+static int fine_field(const struct search *s, const struct srnf_sht *sht, const double *q1,
+                      const double *template_surface, const struct nodes_of *nodes,
                       struct srnf_sht **fine, double *out)
 {
     const struct srnf_grid *grid = srnf_sht_grid(sht);
@@ -51,7 +51,7 @@ static int fine_field(const struct srnf_sht *sht, enum srnf_representation repre
     struct srnf_sht *own = NULL;
     double *c = srnf_alloc(3 * srnf_coefficient_count(degree), sizeof(double));
     void *workspace = NULL;
-    int status = srnf_sht_create(fine, degree, SRNF_GRID_GAUSS_LEGENDRE, rows, 2 * rows);
+    int status = tools_transform(s->tools, degree, nodes, fine);
 
     if (status == SRNF_OK && !template_surface) {
         status = srnf_sht_create(&own, degree, grid->kind, grid->n_theta, grid->n_phi);
@@ -64,7 +64,7 @@ static int fine_field(const struct srnf_sht *sht, enum srnf_representation repre
     if (!c || !workspace) {
         status = status ? status : SRNF_ENOMEM;
     } else if (template_surface) {
-        field_represent(*fine, representation, template_surface, out, workspace);
+        field_represent(*fine, s->options->representation, template_surface, out, workspace);
     } else {
         srnf_sht_analysis(own, 3, q1, c, workspace);
         srnf_sht_synthesis(*fine, 3, c, out, workspace);
@@ -97,15 +97,15 @@ static int full_target(struct search *s, const struct srnf_sht *sht, const doubl
     }
     field = srnf_alloc(6 * rows * rows, sizeof(double));
     s->full_memory = srnf_alloc(14 * rows * rows, sizeof(double));
-    status = field && s->full_memory ? fine_field(sht, s->options->representation, q1,
-                                                  template_surface, rows, &fine, field)
-                                     : SRNF_ENOMEM;
+    s->nodes = (struct nodes_of){SRNF_GRID_GAUSS_LEGENDRE, rows, 2 * rows};
+    status = field && s->full_memory
+                 ? fine_field(s, sht, q1, template_surface, &s->nodes, &fine, field)
+                 : SRNF_ENOMEM;
     if (status == SRNF_OK) {
         search_place(&s->full.target, srnf_sht_grid(fine), field, s->full_memory);
-        s->nodes = (struct nodes_of){SRNF_GRID_GAUSS_LEGENDRE, rows, 2 * rows};
     }
     srnf_free(field);
-    srnf_sht_destroy(fine);
+    tools_return_transform(s->tools, fine);
     return status;
 }
 
@@ -124,7 +124,7 @@ static int own_subject(struct search *s, const double *moving)
 int search_create(struct search *s, const struct srnf_sht *sht, const double *q1,
                   const double *template_surface, const double *moving,
                   const struct srnf_register_options *options, const struct subject *subject,
-                  const struct srnf_context *context)
+                  struct tabulated_tools *tools, const struct srnf_context *context)
 {
     size_t degree = srnf_sht_degree(sht);
     int status;
@@ -133,6 +133,7 @@ int search_create(struct search *s, const struct srnf_sht *sht, const double *q1
                          .context = context,
                          .sht = sht,
                          .subject = subject,
+                         .tools = tools,
                          .rounds = options->degree > BASIN_DEGREE ? 1 : 0,
                          .has_template = options->exact && template_surface};
     status = full_target(s, sht, q1, template_surface);
@@ -189,10 +190,11 @@ int search_coarsen(const struct search *s, size_t rows, size_t degree, double **
     size_t full = srnf_coefficient_count(srnf_sht_degree(s->sht));
     size_t count = srnf_coefficient_count(degree);
     size_t n = 2 * rows * rows;
+    const struct nodes_of nodes = {SRNF_GRID_GAUSS_LEGENDRE, rows, 2 * rows};
     struct srnf_sht *sht = NULL;
     double *field = srnf_alloc(3 * n + 3 * count, sizeof(double));
     void *workspace = NULL;
-    int status = srnf_sht_create(&sht, degree, SRNF_GRID_GAUSS_LEGENDRE, rows, 2 * rows);
+    int status = tools_transform(s->tools, degree, &nodes, &sht);
 
     *memory = srnf_alloc(7 * n, sizeof(double));
     workspace = status ? NULL : srnf_alloc(1, srnf_sht_workspace_size(sht, 3));
@@ -208,6 +210,6 @@ int search_coarsen(const struct search *s, size_t rows, size_t degree, double **
     }
     srnf_free(field);
     srnf_free(workspace);
-    srnf_sht_destroy(sht);
+    tools_return_transform(s->tools, sht);
     return status;
 }

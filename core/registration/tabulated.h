@@ -38,7 +38,7 @@ SRNF_CHECKED int tabulated_moving_create(struct tabulated_moving *moving,
    by further steps in its domain, they are measured at the points of both. (tabulated_pull.c) */
 SRNF_CHECKED int tabulated_moving_pull(struct tabulated_moving *moving,
                                        const struct tabulated_moving *from,
-                                       const struct srnf_warp *chain,
+                                       const struct srnf_warp *chain, struct tabulated_tools *tools,
                                        const struct srnf_context *context);
 void tabulated_moving_clear(struct tabulated_moving *moving);
 /* Rows of the table of a surface of a degree. */
@@ -87,7 +87,8 @@ size_t field_table_rows(const struct field_table *table, size_t degree);
 extern const struct field_table follow_table; /* points to some 1e-10 a step */
 /* Moves the points along a chain of rotations and steps, and multiplies their Jacobians. */
 SRNF_CHECKED int cloud_follow(struct cloud *cloud, const struct srnf_warp *chain,
-                              const struct field_table *table, const struct srnf_context *context);
+                              const struct field_table *table, struct tabulated_tools *tools,
+                              const struct srnf_context *context);
 
 /* moving_evaluate, from a table. */
 void tabulated_sample(const struct tabulated_moving *moving, const double *points,
@@ -137,6 +138,29 @@ void tabulated_fields_transpose(struct tabulated_fields *fields, const double to
                                 double *rhs);
 void tabulated_fields_potentials(const struct tabulated_fields *fields, const double *step,
                                  double *potentials);
+
+/* ---- Tools (tabulated_tools.c) --------------------------------------------------------------- */
+
+/* Of one thread. What goes beyond is not kept, and neither are higher degrees. */
+#define TOOLS_FIELDS ((size_t)24)
+#define TOOLS_TRANSFORMS ((size_t)12)
+#define TOOLS_DEGREE ((size_t)32)
+struct tabulated_tools {
+    size_t n_fields, n_transforms;
+    struct tabulated_fields fields[TOOLS_FIELDS];
+    struct srnf_sht *transforms[TOOLS_TRANSFORMS];
+};
+/* NULL: no memory. */
+struct tabulated_tools *tools_create(void);
+void tools_destroy(struct tabulated_tools *tools);
+/* As tabulated_fields_create and srnf_sht_create, of what is kept if it is there. tools NULL:
+   nothing is kept. */
+SRNF_CHECKED int tools_fields(struct tabulated_tools *tools, size_t degree, size_t order,
+                              size_t rows, struct tabulated_fields *fields);
+void tools_return_fields(struct tabulated_tools *tools, struct tabulated_fields *fields);
+SRNF_CHECKED int tools_transform(struct tabulated_tools *tools, size_t degree,
+                                 const struct nodes_of *nodes, struct srnf_sht **sht);
+void tools_return_transform(struct tabulated_tools *tools, struct srnf_sht *sht);
 
 /* ---- Steps to rounding (tabulated_follow.c) -------------------------------------------------- */
 

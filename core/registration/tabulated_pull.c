@@ -31,7 +31,8 @@ size_t field_table_rows(const struct field_table *table, size_t degree)
 }
 
 int cloud_follow(struct cloud *cloud, const struct srnf_warp *chain,
-                 const struct field_table *table, const struct srnf_context *context)
+                 const struct field_table *table, struct tabulated_tools *tools,
+                 const struct srnf_context *context)
 {
     struct tabulated_fields fields = {0};
     int status = SRNF_OK;
@@ -44,9 +45,9 @@ int cloud_follow(struct cloud *cloud, const struct srnf_warp *chain,
             continue;
         }
         if (fields.degree != link->degree) {
-            tabulated_fields_clear(&fields);
-            status = tabulated_fields_create(&fields, link->degree, table->order,
-                                             field_table_rows(table, link->degree));
+            tools_return_fields(tools, &fields);
+            status = tools_fields(tools, link->degree, table->order,
+                                  field_table_rows(table, link->degree), &fields);
         }
         if (status == SRNF_OK) {
             tabulated_fields_fill(&fields, link->values);
@@ -54,7 +55,7 @@ int cloud_follow(struct cloud *cloud, const struct srnf_warp *chain,
             status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
         }
     }
-    tabulated_fields_clear(&fields);
+    tools_return_fields(tools, &fields);
     return status;
 }
 
@@ -121,7 +122,8 @@ static int fill(struct sphere_spline *s, size_t rows, const struct cloud *cloud,
 }
 
 int tabulated_moving_pull(struct tabulated_moving *m, const struct tabulated_moving *from,
-                          const struct srnf_warp *chain, const struct srnf_context *context)
+                          const struct srnf_warp *chain, struct tabulated_tools *tools,
+                          const struct srnf_context *context)
 {
     size_t rows = from->normal.rows < PULL_ROWS       ? PULL_ROWS
                   : from->normal.rows > PULL_ROWS_MAX ? PULL_ROWS_MAX
@@ -133,7 +135,7 @@ int tabulated_moving_pull(struct tabulated_moving *m, const struct tabulated_mov
 
     *m = (struct tabulated_moving){
         .representation = from->representation, .degree = from->degree, .pulled = true};
-    status = status ? status : cloud_follow(&cloud, chain, &pull_table, context);
+    status = status ? status : cloud_follow(&cloud, chain, &pull_table, tools, context);
     if (status == SRNF_OK) {
         cloud_evaluate(&plain, &cloud);
         status = fill(&m->normal, rows, &cloud, NODE_NORMAL);

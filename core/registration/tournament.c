@@ -113,7 +113,7 @@ static int open_fields(struct tournament *t)
         if (k > t->first && rounds[k].fields == rounds[k - 1].fields) {
             continue; /* as before: see round_of */
         }
-        status = tabulated_fields_create(&t->fields[k], degree, ORDER, rounds[k].table);
+        status = tools_fields(s->tools, degree, ORDER, rounds[k].table, &t->fields[k]);
         if (status == SRNF_OK) {
             status = tabulated_level_create(&t->levels[k], degree, top, s->subject->matrix,
                                             s->full.target.norm2, s->full.penalty.displacement,
@@ -353,7 +353,7 @@ static void close_tournament(struct tournament *t)
     srnf_free(t->entrants);
     cloud_clear(&t->spare);
     for (size_t k = 0; k < ROUNDS; k++) {
-        tabulated_fields_clear(&t->fields[k]);
+        tools_return_fields(t->search->tools, &t->fields[k]);
         tabulated_level_clear(&t->levels[k]);
     }
 }
@@ -368,8 +368,8 @@ static int refit_winner(struct tournament *t, size_t k, const struct arena *a)
     if (!search_refits(t->search)) {
         return SRNF_OK;
     }
-    return warp_refit(&a->problem, &nodes, REFIT_DEGREE, REFIT_WORSE, &winner->cloud, &t->spare,
-                      &winner->chain);
+    return warp_refit(&a->problem, &nodes, REFIT_DEGREE, REFIT_WORSE, t->search->tools,
+                      &winner->cloud, &t->spare, &winner->chain);
 }
 
 /* best: of the screening, NULL where there was none. */

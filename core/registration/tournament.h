@@ -57,8 +57,8 @@ bool warp_is_still(const struct srnf_warp *chain);
    objective by no more than a part: cloud is at its points then, and measured. spare: of as many
    points. problem: on the nodes of a grid. */
 SRNF_CHECKED int warp_refit(const struct tabulated_problem *problem, const struct nodes_of *grid,
-                            size_t degree, double worse, struct cloud *cloud, struct cloud *spare,
-                            struct srnf_warp *chain);
+                            size_t degree, double worse, struct tabulated_tools *tools,
+                            struct cloud *cloud, struct cloud *spare, struct srnf_warp *chain);
 
 /* The relative energy of the identity, by tables. */
 SRNF_CHECKED int climb_still_energy(const struct search *search, double *energy);

@@ -163,7 +163,7 @@ static int follow(const struct mean_run *run, const struct srnf_warp *chain, siz
         points->jacobian[k] = 1.0;
     }
     if (first.n_links > 0) {
-        status = cloud_follow(&cloud, &first, &follow_table, run->context);
+        status = cloud_follow(&cloud, &first, &follow_table, NULL, run->context);
     }
     if (status == SRNF_OK && rest.n_links > 0) {
         status = follow_directly(run, &rest, points);

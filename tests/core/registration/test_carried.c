@@ -58,7 +58,7 @@ static void carried_points_are_those_of_the_chain(void **state)
         assert_true(registrations_open(&a, DEGREE, pairs[k].from));
         assert_true(registrations_open(&b, DEGREE, pairs[k].to));
         options.common_pose = pairs[k].common_pose;
-        assert_int_equal(search_create(&search, a.sht, a.q, a.f, b.f, &options, NULL, NULL),
+        assert_int_equal(search_create(&search, a.sht, a.q, a.f, b.f, &options, NULL, NULL, NULL),
                          SRNF_OK);
         assert_int_equal(search_run(&search, &found), SRNF_OK);
         compare(&search, &found, &distance, &energy);

@@ -474,7 +474,7 @@ static void pulled_surfaces_are_those_at_the_warped_points(void **state)
         assert_int_equal(warp_append(&gamma, SRNF_WARP_ROTATION, 0, t.warp.chain.links[0].values),
                          SRNF_OK);
         assert_int_equal(warp_append(&gamma, SRNF_WARP_EXP, FIELDS, potentials), SRNF_OK);
-        assert_int_equal(tabulated_moving_pull(&pulled, &t.table, &gamma, NULL), SRNF_OK);
+        assert_int_equal(tabulated_moving_pull(&pulled, &t.table, &gamma, NULL, NULL), SRNF_OK);
         problem = t.tabulated;
         problem.moving = &pulled;
         assert_int_equal(cloud_create(&cloud, t.cloud.n), SRNF_OK);
@@ -483,7 +483,7 @@ static void pulled_surfaces_are_those_at_the_warped_points(void **state)
         memcpy(cloud.displacement, t.cloud.displacement, sizeof cloud.displacement);
         cloud_evaluate(&pulled, &cloud);
         cloud_measure(&problem, &cloud);
-        assert_int_equal(cloud_follow(&t.cloud, &gamma, &follow_table, NULL), SRNF_OK);
+        assert_int_equal(cloud_follow(&t.cloud, &gamma, &follow_table, NULL, NULL), SRNF_OK);
         cloud_evaluate(&t.table, &t.cloud);
         cloud_measure(&t.tabulated, &t.cloud);
         figure_below("energy", fabs(cloud.energy / t.cloud.energy - 1.0), 1e-6);
@@ -571,7 +571,7 @@ static void many_steps(struct bench *t, bool still, size_t steps, double size,
         assert_int_equal(warp_append(chain, SRNF_WARP_EXP, FIELDS, potentials), SRNF_OK);
     }
     cloud_rotate(&t->cloud, &t->target, identity);
-    assert_int_equal(cloud_follow(&t->cloud, chain, &follow_table, NULL), SRNF_OK);
+    assert_int_equal(cloud_follow(&t->cloud, chain, &follow_table, NULL, NULL), SRNF_OK);
     cloud_evaluate(&t->table, &t->cloud);
     cloud_measure(&t->tabulated, &t->cloud);
 }
@@ -622,7 +622,8 @@ static void refit(struct refit *r, double worse, size_t links)
     struct bench *t = &r->bench;
 
     assert_int_equal(
-        warp_refit(&t->tabulated, &r->grid, 20, worse, &t->cloud, &r->spare, &r->chain), SRNF_OK);
+        warp_refit(&t->tabulated, &r->grid, 20, worse, NULL, &t->cloud, &r->spare, &r->chain),
+        SRNF_OK);
     assert_int_equal(r->chain.n_links, links);
 }
 
