@@ -247,7 +247,7 @@ size_t registration_screen(const double *first, const double *second, size_t cap
 SRNF_CHECKED int registration_rigid(const struct problem *problem, struct start_rotation *start,
                                     double *curvature);
 
-/* ---- One way (search_create.c, search.c, search_measure.c) --------------------- */
+/* ---- One way (search_create.c, search.c, search_rigid.c, search_measure.c) ------ */
 
 struct landmark_search;
 
@@ -304,6 +304,9 @@ SRNF_CHECKED int search_extremes(const struct search *search, struct search_resu
 /* For tournament.c and climb.c. Target from a field [3][n] of a grid; memory: 7 n doubles. */
 void search_place(struct target *target, const struct srnf_grid *grid, const double *field,
                   double *memory);
+/* The best rotation of the domain, refined: the points of result->warp, unmeasured, and what there
+   is to tell of rotations (search_rigid.c). */
+SRNF_CHECKED int search_rigid(const struct search *search, struct search_result *result);
 /* The degrees that are screened, of [3][(degree+1)^2]; out: zero where there are none
    (screen.c). */
 void search_cut_series(size_t degree, const double *series, double *out);

@@ -13,8 +13,6 @@
 #include <math.h>
 #include <string.h>
 
-#define RIGID_REFINED ((size_t)10)
-#define AMBIGUITY_ANGLE (15.0 * SRNF_PI / 180.0)
 #define STEPS_MAX ((size_t)40)   /* of a degree, where the options do not say */
 #define ROUGH_DEGREE ((size_t)2) /* of the first steps from a rotation that is not refined */
 #define ROUGH_STEPS ((size_t)5)
@@ -63,84 +61,6 @@ static int climb_directly(const struct search *s, size_t from, struct warp *warp
     if (status == SRNF_OK && s->options->exact && warp->energy < EXACT_ENERGY) {
         status = registration_polish(&s->full, s->sht, s->has_template ? &s->moving_template : NULL,
                                      s->context, warp, iterations);
-    }
-    return status;
-}
-
-/* ---- Rigid start ----------------------------------------------------------------------------- */
-
-/* Refined on the grid of the last round of the tournament, by its table. */
-static int refine_starts(const struct search *s, size_t count, struct start_rotation *starts)
-{
-    const struct tabulated_moving *table = &s->subject->rounds[TOURNAMENT_ROUNDS - 1];
-    struct moving moving = {.representation = s->options->representation, .table = table};
-    struct problem problem = {.moving = &moving, .free_rotation = s->full.free_rotation};
-    size_t rows = tournament_round(TOURNAMENT_ROUNDS - 1, table->degree).rows;
-    double *memory = NULL;
-    int status = search_coarsen(s, rows, table->degree, &memory, &problem.target);
-
-    moving.plan.points.context = s->context;
-    for (size_t i = 0; i < count && status == SRNF_OK; i++) {
-        status = registration_rigid(&problem, &starts[i], NULL);
-    }
-    srnf_free(memory);
-    return status;
-}
-
-/* On the full grid: by the table, then by the surface itself, which has little left to do. */
-static int refine_best(const struct search *s, struct start_rotation *best, double *curvature)
-{
-    struct moving moving = {.representation = s->options->representation,
-                            .table = &s->subject->full};
-    struct problem problem = s->full;
-    int status = SRNF_OK;
-
-    moving.plan.points.context = s->context;
-    problem.moving = &moving;
-    if (!s->options->exact && best->energy >= DIRECT_ENERGY) {
-        status = registration_rigid(&problem, best, NULL);
-    }
-    return status ? status : registration_rigid(&s->full, best, curvature);
-}
-
-static int rigid(const struct search *s, struct search_result *result)
-{
-    struct start_rotation starts[RIGID_REFINED];
-    size_t best = 0;
-    int status;
-    size_t count = search_screen(s, RIGID_REFINED, starts, &status);
-
-    if (status == SRNF_OK) {
-        status = refine_starts(s, count, starts);
-    }
-    for (size_t i = 0; i < count && status == SRNF_OK; i++) {
-        best = starts[i].energy < starts[best].energy ? i : best;
-    }
-    for (size_t i = 0; i < count && status == SRNF_OK; i++) {
-        double angle;
-        double trace = 0.0;
-
-        for (size_t k = 0; k < 9; k++) {
-            trace += starts[i].rotation[k] * starts[best].rotation[k];
-        }
-        angle = acos(fmax(-1.0, fmin(1.0, 0.5 * (trace - 1.0))));
-        if (angle > AMBIGUITY_ANGLE && starts[best].energy > 0.0 &&
-            (result->ambiguity_objective == 0.0 ||
-             starts[i].energy / starts[best].energy < result->ambiguity_objective)) {
-            result->ambiguity_objective = starts[i].energy / starts[best].energy;
-            result->ambiguity_angle = angle;
-        }
-    }
-    if (status == SRNF_OK) {
-        status = refine_best(s, &starts[best], &result->rotational_curvature);
-        result->rotations_searched = true;
-    }
-    if (status == SRNF_OK) {
-        status = warp_create(&result->warp, &s->full.target);
-    }
-    if (status == SRNF_OK) {
-        status = warp_rotate(&result->warp, &s->full.target, starts[best].rotation);
-        result->warp.stopped = starts[best].stopped;
     }
     return status;
 }
@@ -204,10 +124,27 @@ static int climb_guided(const struct search *s, struct search_result *result)
     return status || !exact ? status : landmarks_met(s, &result->warp.chain);
 }
 
-/* Directly from the rotation of what was found, if that is better. */
+/* The degree from which on rungs follow a basin. */
+static size_t basin_degree(const struct search *s)
+{
+    return s->options->degree > BASIN_DEGREE ? BASIN_DEGREE : s->options->degree - 1;
+}
+
+/* Directly from the chain of what was found, the tournament's. */
+static int climb_from_chain(const struct search *s, struct search_result *result)
+{
+    int status = warp_replay(&result->warp, &s->full.target, &result->warp.chain, s->context);
+
+    status = status ? status : search_measure(s, &result->warp);
+    return status ? status : climb_directly(s, basin_degree(s), &result->warp, &result->iterations);
+}
+
+/* Directly from the rotation of what was found, if that is better. In exact mode nothing has gone
+   on from what was found, and its chain is the second choice, since it ends less near to rounding:
+   it serves where steps from its rotation leave the basin. */
 static int climb_again(const struct search *s, struct search_result *result)
 {
-    bool exact = s->options->exact;
+    bool replaces = s->options->exact;
     const double *rotation = first_rotation(&result->warp.chain);
     struct warp direct = {0};
     int status;
@@ -216,7 +153,11 @@ static int climb_again(const struct search *s, struct search_result *result)
         return SRNF_OK;
     }
     status = climb_from_rotation(s, rotation, &direct, &result->iterations);
-    if (status == SRNF_OK && (exact || direct.objective < result->warp.objective)) {
+    if (status == SRNF_OK && replaces && direct.energy >= EXACT_ENERGY) {
+        status = climb_from_chain(s, result);
+        replaces = false;
+    }
+    if (status == SRNF_OK && (replaces || direct.objective < result->warp.objective)) {
         struct warp replaced = result->warp;
 
         result->warp = direct;
@@ -251,7 +192,6 @@ static int climb(const struct search *s, size_t from, bool placed, struct search
 
 static int from_basin(const struct search *s, bool still, struct search_result *result)
 {
-    size_t degree = s->options->degree;
     int status = still ? tournament_still(s, result) : tournament_run(s, result);
 
     if (status == SRNF_OK) {
@@ -263,8 +203,7 @@ static int from_basin(const struct search *s, bool still, struct search_result *
         result->warp.chain = chain;
     }
     srnf_report_progress(s->context, 0.6, "warping");
-    return status ? status
-                  : climb(s, degree > BASIN_DEGREE ? BASIN_DEGREE : degree - 1, false, result);
+    return status ? status : climb(s, basin_degree(s), false, result);
 }
 
 /* Whether coarse grids are good for the first steps from the identity: not where little is left,
@@ -285,7 +224,7 @@ static int starts_coarsely(const struct search *s, bool *coarsely)
 /* From the identity, or from the best rotation. */
 static int from_rigid(const struct search *s, bool still, struct search_result *result)
 {
-    int status = still ? warp_create(&result->warp, &s->full.target) : rigid(s, result);
+    int status = still ? warp_create(&result->warp, &s->full.target) : search_rigid(s, result);
 
     status = status ? status : search_measure(s, &result->warp);
     if (status == SRNF_OK && s->options->reparameterization) {

@@ -35,6 +35,9 @@ static const struct {
       .start = SRNF_START_IDENTITY,
       .exact = true},
      true},
+    {"exact, of two that differ",
+     {.rotation = true, .reparameterization = true, .degree = 2, .exact = true},
+     false},
 };
 
 /* What a run registers, to what, and how. */

@@ -76,6 +76,36 @@ static void comes_back_from_warps(void **state)
     }
 }
 
+/* Steps from the rotation alone end elsewhere, at 4e-3: the tournament's warp has to serve. */
+static void comes_back_where_its_rotation_leads_elsewhere(void **state)
+{
+    struct test_random random = test_random_seed(14);
+    struct srnf_register_options options = srnf_register_options_defaults();
+    struct shapes_surface s;
+    struct srnf_registration r;
+    struct srnf_warp warp;
+    double rotation[9];
+    double *q;
+    (void)state;
+
+    if (FIGURES_SLOW) {
+        skip(); /* test_register_memory.c goes the same way */
+    }
+    assert_true(registrations_open(&s, 23, REGISTRATIONS_LOCAL "R_pallidum.ply"));
+    q = shapes_doubles(3 * s.points);
+    registrations_warp(&random, 0.3, &warp);
+    shapes_random_rotation(&random, rotation);
+    registrations_act(&s, &warp, rotation, q);
+    options.exact = true;
+    registrations_run(&s, q, s.f, &options, &r);
+    figure_below("distance", r.distance * r.distance, 5e-9);
+    assert_true(r.min_jacobian > 0.0);
+    srnf_registration_clear(&r);
+    srnf_warp_clear(&warp);
+    srnf_free(q);
+    shapes_close(&s);
+}
+
 /* As a surface, not as an exact field: what is lost is no more than what the truncation costs. The
    real ventricle at higher degrees and under stronger warps is in bench_truncation. */
 static void reaches_the_floor_of_truncation(void **state)
@@ -109,6 +139,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(comes_back_from_warps),
+        cmocka_unit_test(comes_back_where_its_rotation_leads_elsewhere),
         cmocka_unit_test(reaches_the_floor_of_truncation),
     };
 
