@@ -131,13 +131,29 @@ static double cube_root(double variance, double normal)
     return 1.0 - variance / 9.0 + normal * sqrt(variance) / 3.0;
 }
 
+double intervals_square(double variance, double normal)
+{
+    return pow(fmax(cube_root(variance, normal), ROOT_MIN), 3.0);
+}
+
+void intervals_of_variance(double value, double freedom, double squares, double differ,
+                           double interval[2])
+{
+    double student = subjects_student(freedom);
+    double noise = fmax(2.0 / freedom * alike(1.0, squares, freedom), differ);
+    double most = fmax(2.0 / freedom, differ);
+
+    interval[0] = value / pow(fmin(cube_root(noise, student), cube_root(most, NORMAL)), 3.0);
+    interval[0] = fmin(interval[0], value);
+    interval[1] =
+        value /
+        pow(fmax(fmax(cube_root(noise, -student), cube_root(most, -NORMAL)), ROOT_MIN), 3.0);
+}
+
 void intervals_variance(const struct intervals *of, double value, double interval[2])
 {
     double freedom = (double)of->n - (double)of->count;
-    double differ = 0.0; /* the variance over the square: of how subjects differ, of normal noise */
-    double noise;
-    double student;
-    double most;
+    double differ = 0.0;
 
     interval[0] = interval[1] = freedom >= FREEDOM_MIN ? value : (double)NAN;
     if (!(freedom >= FREEDOM_MIN) || !(value > 0.0)) {
@@ -148,14 +164,9 @@ void intervals_variance(const struct intervals *of, double value, double interva
 
         differ += off * off / (freedom * value * freedom * value);
     }
-    student = subjects_student(freedom);
-    noise = 2.0 / freedom * alike(freedom * value, squares_of_noise(of, NULL), freedom);
-    noise = fmax(noise, differ);
-    most = fmax(2.0 / freedom, differ);
-    interval[0] /= pow(fmin(cube_root(noise, student), cube_root(most, NORMAL)), 3.0);
-    interval[0] = fmin(interval[0], value);
-    interval[1] /=
-        pow(fmax(fmax(cube_root(noise, -student), cube_root(most, -NORMAL)), ROOT_MIN), 3.0);
+    intervals_of_variance(value, freedom,
+                          squares_of_noise(of, NULL) / (freedom * value * freedom * value), differ,
+                          interval);
 }
 
 /* ---- Norms ----------------------------------------------------------------------------------- */

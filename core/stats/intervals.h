@@ -35,6 +35,15 @@ void intervals_norm(const struct intervals *of, const double *weights, const dou
 /* The same of the residual variance, value; NAN with fewer than 3 degrees of freedom. */
 void intervals_variance(const struct intervals *of, double value, double interval[2]);
 
+/* The same from what is known otherwise: squares, tr M^2 over (tr M)^2 of the products M of the
+   residuals; differ, the variance over the square, of how subjects differ. */
+void intervals_of_variance(double value, double freedom, double squares, double differ,
+                           double interval[2]);
+
+/* The quantile of a mean of squares with the mean 1 and this variance, at `normal` of the normal
+   distribution (E. Wilson, M. Hilferty, 1931); 1e-3 at least. */
+double intervals_square(double variance, double normal);
+
 /* value exp(-+ t error / value), t of Student's distribution. */
 void intervals_log(double value, double error, double freedom, double interval[2]);
 
