@@ -397,6 +397,7 @@ int srnf_test_asymmetry(const struct srnf_sht *sht, const struct srnf_measuremen
                            (struct stats_progress){0.0, 1.0, "permuting measurements"}, &first);
     }
     status = status ? status : measured_intervals(&run, &first);
+    status = status ? status : measured_squares(&run);
     if (status == SRNF_OK) {
         set_test(&run);
         *found = made;

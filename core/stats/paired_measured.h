@@ -38,5 +38,7 @@ static inline double measured_part(const struct measured_run *run, size_t subjec
 
 /* paired_measured_intervals.c: all intervals, once what was observed is known. */
 SRNF_CHECKED int measured_intervals(struct measured_run *run, struct srnf_error *error);
+/* paired_measured_squares.c: those of the mean squares, once measured_intervals has counted. */
+SRNF_CHECKED int measured_squares(struct measured_run *run);
 
 #endif

@@ -106,9 +106,12 @@ struct srnf_asymmetry_test {
     struct srnf_permutation_test test; /* relabellings: of measurements within subjects */
     double individual, side;           /* mean squares of the two, of subjects - 1 and 1 */
     double interaction, error;         /* and those that are compared */
-    size_t freedom[2];                 /* of these: subjects - 1, n - 2 subjects */
-    struct srnf_estimate f;            /* interaction over error */
-    double p_value;                    /* of that */
+    /* 95 % (core/stats/paired_measured_squares.c); that of side is that of the difference, which
+       struct srnf_paired has */
+    double individual_interval[2], interaction_interval[2], error_interval[2];
+    size_t freedom[2];      /* of these: subjects - 1, n - 2 subjects */
+    struct srnf_estimate f; /* interaction over error */
+    double p_value;         /* of that */
     /* Standard deviation in L2 of the difference of a subject's sides that is no error, and that of
        a measurement; and the share of the former in the variance of the difference of one
        measurement of either side. */

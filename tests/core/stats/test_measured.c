@@ -256,6 +256,9 @@ static size_t cover(size_t repeated, bool told, size_t runs)
         for (size_t k = 0; k < 2; k++) {
             assert_int_equal(isfinite(out.measured.interval[k]), told);
             assert_int_equal(isfinite(out.f.interval[k]), told);
+            assert_int_equal(isfinite(out.error_interval[k]), told);
+            assert_true(isfinite(out.interaction_interval[k]));
+            assert_true(isfinite(out.individual_interval[k]));
             assert_int_equal(isfinite(out.fluctuating.interval[k]), told);
             assert_int_equal(isfinite(out.repeatability.interval[k]), told);
         }
@@ -277,6 +280,52 @@ static void few_repeated_subjects_have_no_interval(void **state)
 
         printf("# %zu repeated: %zu of 60 inside\n", repeated, inside);
         assert_true(inside >= 45);
+    }
+}
+
+/* Of studies of n subjects that are measured twice, w_s being 1: how many miss the expectations of
+   the mean squares of individuals, interaction and error. */
+static void miss_squares(size_t n, size_t runs, size_t missed[3])
+{
+    memset(missed, 0, 3 * sizeof *missed);
+    for (size_t run = 0; run < runs; run++) {
+        const struct measured_plan plan = {n, false, 1.0, 0.3, 0.2, 700 + run};
+        struct srnf_asymmetry_test out;
+        struct measured m;
+        double length = 0.0;
+        const double *intervals[3] = {out.individual_interval, out.interaction_interval,
+                                      out.error_interval};
+        const double *values[3] = {&out.individual, &out.interaction, &out.error};
+
+        measured_open(&m, &plan);
+        for (size_t k = 0; k < MEASURED_PATTERNS; k++) {
+            length += norm2(&m, m.patterns + k * m.size);
+        }
+        assert_int_equal(measured_test(&m, 1, run, NULL, &out), SRNF_OK);
+        for (size_t k = 0; k < 3; k++) {
+            double truth = length * (k == 0 ? 4.04 : k == 1 ? 0.13 : 0.04);
+
+            assert_true(intervals[k][0] <= *values[k] && *values[k] <= intervals[k][1]);
+            missed[k] += !(intervals[k][0] <= truth && truth <= intervals[k][1]);
+        }
+        measured_close(&m);
+    }
+}
+
+static void mean_squares_have_intervals(void **state)
+{
+    static const size_t sizes[] = {5, 8, 20};
+
+    (void)state;
+    for (size_t k = 0; k < 3; k++) {
+        size_t missed[3];
+
+        miss_squares(sizes[k], 200, missed);
+        printf("# %zu subjects: of 200 missed individual %zu, interaction %zu, error %zu\n",
+               sizes[k], missed[0], missed[1], missed[2]);
+        for (size_t s = 0; s < 3; s++) {
+            assert_in_range(missed[s], 0, 21); /* one in twenty, beyond with a chance of 3e-4 */
+        }
     }
 }
 
@@ -400,6 +449,7 @@ int main(void)
         cmocka_unit_test(error_alone_is_found_at_the_level),
         cmocka_unit_test(planted_asymmetry_is_found_with_its_size),
         cmocka_unit_test(few_repeated_subjects_have_no_interval),
+        cmocka_unit_test(mean_squares_have_intervals),
         cmocka_unit_test(least_p_is_that_of_the_best_asymmetry),
         cmocka_unit_test(results_do_not_depend_on_threads),
         cmocka_unit_test(wrong_input_is_refused),
