@@ -26,11 +26,11 @@
 #include <math.h>
 
 #define MEMBERS_MIN 10
-#define NEAR 1.5         /* standard errors */
-#define TOGETHER_MAX 3   /* eigenvalues that may have changed places */
-#define LOOSE 3.0        /* r, of what hardly stands out */
-#define ROUNDING 1e-9    /* of the total variance */
-#define ALIKE_MIN 1e-3   /* as in intervals.c */
+#define NEAR 1.5       /* standard errors */
+#define TOGETHER_MAX 3 /* eigenvalues that may have changed places */
+#define LOOSE 3.0      /* r, of what hardly stands out */
+#define ROUNDING 1e-9  /* of the total variance */
+#define ALIKE_MIN 1e-3 /* as in intervals.c */
 #define FREEDOM_MIN 3.0
 #define NORMAL 1.959963984540054
 
@@ -106,8 +106,7 @@ static bool take_pull(const struct srnf_pca *pca, size_t first, size_t last, siz
     double own = pca->eigenvalues[k];
     double still = freedom - rest->count - (double)(pca->components - (last - first + 1));
     double sum = still / own + rest->count / (own - rest->size);
-    double squares =
-        still / (own * own) + rest->count / ((own - rest->size) * (own - rest->size));
+    double squares = still / (own * own) + rest->count / ((own - rest->size) * (own - rest->size));
 
     for (size_t j = 0; j < pca->components; j++) {
         double apart = own - pca->eigenvalues[j];
@@ -167,8 +166,8 @@ static void set_ends(const struct srnf_pca *pca, const struct together *of, int 
     double sign = side ? -1.0 : 1.0;
     double student = subjects_student(fmax((double)(pca->n - 1) / of->loose, FREEDOM_MIN));
     double variance = fmax(of->normal, of->observed);
-    double end = of->value / intervals_square(variance, sign * (variance > of->normal ? student
-                                                                                      : NORMAL));
+    double end =
+        of->value / intervals_square(variance, sign * (variance > of->normal ? student : NORMAL));
     double odds = of->value / fmax(pca->total_variance - of->value, 0.0);
     double share;
 

@@ -175,13 +175,13 @@ struct srnf_pca {
 };
 void srnf_pca_clear(struct srnf_pca *pca);
 /*
- * 95 % intervals of the eigenvalue k and of its share of the total variance, of the covariance that
- * members are drawn from (core/stats/pca_intervals.c): in small groups the first eigenvalues are too
- * large, so that they lie near the upper ends. NAN of fewer than 10 members, and of eigenvalues that
- * do not stand out from those below. Members are independent: not several ones of a subject. They do
- * not tell how far a mode may be off, nor what registration adds. Modes and explained are not read.
- * test_pca_intervals_200.c has how often they miss: of 35 settings with normal scores in at most 10 %
- * of groups, mostly below 5, with the tails of Student's distribution with 8 degrees in up to 12 %.
+ * 95 % intervals of eigenvalue k and of its share of the total variance, of the covariance that
+ * members are drawn from (core/stats/pca_intervals.c): in small groups the first eigenvalues are
+ * too large and lie near the upper ends. NAN of fewer than 10 members, and of what does not stand
+ * out from what is below. Members are independent: not several of a subject. How far modes are off
+ * and what registration adds is not in them. Modes and explained are not read. Missed, by
+ * test_pca_intervals_200.c: normal scores, in 35 settings, in at most 10 % of groups, mostly below
+ * 5; with the tails of Student's distribution with 8 degrees in up to 12.
  */
 void srnf_pca_interval(const struct srnf_pca *pca, size_t k, double eigenvalue[2],
                        double explained[2]);

@@ -46,7 +46,8 @@ int main(void)
                studies);
         faults += missed.total > missed_max(of, studies);
         for (size_t k = 0; k < SPECTRA_COUNTED; k++) {
-            size_t worst = missed.missed[k] > missed.shares[k] ? missed.missed[k] : missed.shares[k];
+            size_t worst =
+                missed.missed[k] > missed.shares[k] ? missed.missed[k] : missed.shares[k];
 
             printf(" %zu, %zu, %zu%s", missed.given[k], missed.missed[k], missed.shares[k],
                    k + 1 < SPECTRA_COUNTED ? ";" : "\n");
