@@ -22,6 +22,10 @@
  * adds, (1 + 1 / f) tr C^2 + (tr C)^2 / f, tr C^3 is (tr C^2)^2 / tr C, as of equal variances, and
  * s |b|^2 = b'C b - tr C^2, as b and C are independent.
  *
+ * The ratio |beta|^2 / tr C is what is estimated from R = |b|^2 / tr C, whose tr C has the variance
+ * v = 2 tr C^2 / f over its square. To the cumulants k of |b|^2 / tr C that adds v k_1^2 to the
+ * second and 4 v^2 k_1^3 + 6 v k_1 k_2 to the third, to first order; it is inverted likewise.
+ *
  * A residual variance is the sum of |e_i|^2 over n - p, whose variance over its square is v = 2 tr
  * S^2 / ((n - p) (tr S)^2) where noise is normal with the covariance S, and that of the terms
  * |e_i|^2 / (1 - h_i) where subjects differ more than that. The ends are the value over the
@@ -41,7 +45,9 @@
 #define ROUNDING 1e-9
 #define CERTAIN 1e-9   /* 1 - h of a subject whose value the model fixes */
 #define POWER_MIN 0.25 /* of h: a law whose noise is far from its square has no better power */
-#define ALIKE_MIN 1e-3 /* tr C^2 over (tr C)^2: as of a thousand equal variances */
+#define RATIO_POWER_MIN (-0.75)
+#define POWER_NONE 0.02 /* a power as near to 0 as makes no difference */
+#define ALIKE_MIN 1e-3  /* tr C^2 over (tr C)^2: as of a thousand equal variances */
 #define NORMAL 1.959963984540054
 #define ROOT_MIN 0.1 /* of the cube root of a quantile */
 #define DOUBLINGS 1000
@@ -176,18 +182,26 @@ struct noise {
     double trace, squares; /* tr C, tr C^2 */
     double along;          /* s */
     double freedom;        /* f */
+    double taken;          /* 1 / f where tr C, as estimated, is taken from |b|^2 */
+    double doubt;          /* variance of tr C, as estimated, where |b|^2 is over it */
 };
 
 /* The quantile of |b|^2 for |beta|^2 = d. */
 static double quantile(const struct noise *noise, double d, double normal)
 {
     double k1 = d + noise->trace;
-    double k2 = 4.0 * d * noise->along + 2.0 * noise->squares * (1.0 + 1.0 / noise->freedom);
+    double v = noise->doubt;
+    double k2 = 4.0 * d * noise->along + 2.0 * noise->squares * (1.0 + noise->taken);
     double k3 = 24.0 * d * noise->along * noise->along +
-                8.0 * noise->squares * noise->squares / noise->trace;
-    double h = fmin(fmax(1.0 - k1 * k3 / (3.0 * k2 * k2), POWER_MIN), 1.0);
-    double x = 1.0 + k2 * h * (h - 1.0) / (2.0 * k1 * k1) + normal * h * sqrt(k2) / k1;
+                8.0 * noise->squares * noise->squares / noise->trace +
+                v * k1 * (4.0 * v * k1 * k1 + 6.0 * k2);
+    double h, x;
 
+    k2 += v * k1 * k1;
+    h = 1.0 - k1 * k3 / (3.0 * k2 * k2);
+    h = fmin(fmax(h, v > 0.0 ? RATIO_POWER_MIN : POWER_MIN), 1.0);
+    h = fabs(h) < POWER_NONE ? POWER_NONE : h;
+    x = 1.0 + k2 * h * (h - 1.0) / (2.0 * k1 * k1) + normal * h * sqrt(k2) / k1;
     return k1 * pow(fmax(x, 0.0), 1.0 / h);
 }
 
@@ -294,10 +308,32 @@ void intervals_norm(const struct intervals *of, const double *weights, const dou
         return;
     }
     interval[0] = interval[1] = sqrt(square);
+    noise.taken = 1.0 / noise.freedom;
+    noise.doubt = 0.0;
     if (noise.trace > ROUNDING * ROUNDING * square) {
         double normal = subjects_student(noise.freedom);
 
         interval[0] = fmin(sqrt(invert(&noise, square, normal)), interval[0]);
         interval[1] = fmax(sqrt(invert(&noise, square, -normal)), interval[1]);
+    }
+}
+
+void intervals_ratio(const struct intervals *of, const double *weights, const double *along,
+                     double square, double interval[2])
+{
+    struct noise noise;
+
+    interval[0] = interval[1] = NAN;
+    if (!isfinite(square) || !measure(of, weights, along, square, &noise)) {
+        return;
+    }
+    interval[0] = interval[1] = square > 0.0 ? (double)INFINITY : 0.0;
+    noise.taken = 0.0;
+    noise.doubt = 2.0 * noise.squares / (noise.trace * noise.trace * noise.freedom);
+    if (noise.trace > ROUNDING * ROUNDING * square) {
+        double normal = subjects_student(noise.freedom);
+
+        interval[0] = invert(&noise, square, normal) / noise.trace;
+        interval[1] = invert(&noise, square, -normal) / noise.trace;
     }
 }

@@ -32,6 +32,11 @@ void intervals_close(struct intervals *of);
 void intervals_norm(const struct intervals *of, const double *weights, const double *along,
                     double square, double interval[2]);
 
+/* The same of the ratio of the square of that norm to tr C, the mean square of what noise adds to
+   it; not extended to hold |b|^2 over tr C, which is too large. INFINITY without noise. */
+void intervals_ratio(const struct intervals *of, const double *weights, const double *along,
+                     double square, double interval[2]);
+
 /* The same of the residual variance, value; NAN with fewer than 3 degrees of freedom. */
 void intervals_variance(const struct intervals *of, double value, double interval[2]);
 

@@ -41,9 +41,8 @@ SRNF_CHECKED int paired_flip(struct paired_run *run, struct stats_progress progr
                              struct srnf_error *error);
 /* paired_bootstrap.c: intervals. */
 SRNF_CHECKED int paired_bootstrap(struct paired_run *run, struct srnf_error *error);
-/* The interval of an estimate from n drawn ones, which are sorted: basic, or of log-normal kind.
-   value and drawn are squares where `root`, of which the roots are told. */
-void paired_estimate(struct srnf_estimate *to, double value, bool basic, bool root, size_t n,
-                     double *drawn);
+/* The interval of an estimate from n drawn ones, which are sorted, of log-normal kind. value and
+   drawn are squares where `root`, of which the roots are told. */
+void paired_estimate(struct srnf_estimate *to, double value, bool root, size_t n, double *drawn);
 
 #endif

@@ -117,9 +117,9 @@ static void set_estimates(const struct measured_run *run, double *drawn)
         squares += run->weight[k] * run->weight[k];
     }
     w = (run->sum - squares / run->sum) / (double)(run->count - 1);
-    paired_estimate(&interaction, out->interaction, false, false, samples, drawn);
-    paired_estimate(&out->measured, out->error, false, true, samples, drawn + samples);
-    paired_estimate(&out->f, run->observed, false, false, samples, drawn + 2 * samples);
+    paired_estimate(&interaction, out->interaction, false, samples, drawn);
+    paired_estimate(&out->measured, out->error, true, samples, drawn + samples);
+    paired_estimate(&out->f, run->observed, false, samples, drawn + 2 * samples);
     set_fluctuating(run, &interaction, w);
     out->repeatability.value = share_of(out->f.value, w);
     for (size_t k = 0; k < 2; k++) {

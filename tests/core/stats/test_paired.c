@@ -7,6 +7,8 @@
 #include "stats/paired.h"
 #include "visits.h"
 
+#include <cblas.h>
+
 static int differ(const struct visits *v, size_t permutations, uint64_t seed,
                   const struct srnf_context *context, struct srnf_paired *out)
 {
@@ -413,34 +415,42 @@ static void wrong_input_is_refused(void **state)
     visits_close(&v);
 }
 
-/* Of 300 studies of n subjects, whose noise is in one direction or in many, those whose interval
-   does not hold the planted change. signal: its square over what noise adds to that of the mean. */
-static size_t missed_changes(size_t n, bool one, double signal, struct test_random *random)
+/* Of 300 studies of n subjects, whose noise is in one direction or in many, those whose intervals
+   do not hold the planted change and its share. signal: the square of the change over what noise
+   adds to that of the mean. */
+static void miss_changes(size_t n, bool one, double signal, struct test_random *random,
+                         size_t missed[2])
 {
     const size_t dimensions = 12;
     double gram[12 * 12], y[12 * 12];
     double truth = sqrt(signal * (one ? 1.0 : (double)dimensions) / (double)n);
     struct srnf_paired_options options = srnf_paired_options_defaults();
-    size_t missed = 0;
+    double mean[12], share = signal / (signal + (double)n);
 
-    options.bootstraps = 200;
+    missed[0] = missed[1] = 0;
+    options.bootstraps = 100;
     for (size_t study = 0; study < 300; study++) {
         struct srnf_paired out = {.n = n};
         struct paired_run run = {.options = &options, .n = n, .out = &out};
 
+        memset(mean, 0, sizeof mean);
         for (size_t k = 0; k < n * dimensions; k++) {
             y[k] = one && k % dimensions > 0 ? 0.0 : test_random_normal(random);
             y[k] += k % dimensions == 0 ? truth : 0.0;
+            mean[k % dimensions] += y[k] / (double)n;
         }
+        out.norm = cblas_dnrm2((int)dimensions, mean, 1);
         assert_int_equal(stats_gram(n, dimensions, y, gram, NULL), SRNF_OK);
         run.gram[0] = run.gram[1] = run.gram[2] = gram;
         options.seed = study;
         assert_int_equal(paired_bootstrap(&run, NULL), SRNF_OK);
         assert_true(out.change.interval[0] <= out.change.value &&
                     out.change.value <= out.change.interval[1]);
-        missed += !(out.change.interval[0] <= truth && truth <= out.change.interval[1]);
+        assert_true(0.0 <= out.share.interval[0] && out.share.interval[0] <= out.share.value &&
+                    out.share.value <= out.share.interval[1] && out.share.interval[1] <= 1.0);
+        missed[0] += !(out.change.interval[0] <= truth && truth <= out.change.interval[1]);
+        missed[1] += !(out.share.interval[0] <= share && share <= out.share.interval[1]);
     }
-    return missed;
 }
 
 static void few_subjects_hold_the_change(void **state)
@@ -450,13 +460,15 @@ static void few_subjects_hold_the_change(void **state)
     size_t most = 0;
 
     (void)state;
-    for (size_t k = 0; k < 3 * 2 * 4; k++) {
-        double signal = (double[]){0.0, 1.0, 4.0, 25.0}[k / 6];
-        size_t missed = missed_changes(sizes[k % 3], k / 3 % 2, signal, &random);
+    for (size_t k = 0; k < 3 * 2 * 5; k++) {
+        double signal = (double[]){0.0, 1.0, 4.0, 25.0, 100.0}[k / 6];
+        size_t missed[2];
 
-        printf("# %zu subjects, noise in %s, signal %.0f: of 300 missed %zu\n", sizes[k % 3],
-               k / 3 % 2 ? "one direction" : "many", signal, missed);
-        most = missed > most ? missed : most;
+        miss_changes(sizes[k % 3], k / 3 % 2, signal, &random, missed);
+        printf("# %zu subjects, noise in %s, signal %.0f: of 300 missed %zu, of shares %zu\n",
+               sizes[k % 3], k / 3 % 2 ? "one direction" : "many", signal, missed[0], missed[1]);
+        most = missed[0] > most ? missed[0] : most;
+        most = missed[1] > most ? missed[1] : most;
     }
     assert_in_range(most, 0, 29); /* one in twenty, exceeded by chance once in 2000 */
 }
