@@ -9,8 +9,8 @@
  * Permutations are those of D. Freedman and D. Lane (1983), which keep the nuisance in place: the
  * residuals R y are permuted.
  *
- * Modified Gram-Schmidt in two passes on covariates that are first scaled to unit variance, so that
- * units do not matter.
+ * Modified Gram-Schmidt in two passes on covariates that are first moved and scaled
+ * (stats_center), so that units do not matter.
  */
 #include "compare.h"
 
@@ -54,8 +54,8 @@ static int add_covariate(struct compare_design *design, size_t column, size_t n_
 {
     double *v = design->basis + design->nuisance * design->n;
     double mean = 0.0;
-    double largest = 0.0;
     double norm;
+    bool differs;
 
     for (size_t i = 0; i < design->n; i++) {
         v[i] = covariates[i * n_covariates + column];
@@ -63,17 +63,15 @@ static int add_covariate(struct compare_design *design, size_t column, size_t n_
             return srnf_fail(error, SRNF_EINVAL, (int64_t)i,
                              "covariate %zu of subject %zu is not finite", column, i);
         }
-        largest = fmax(largest, fabs(v[i]));
     }
-    for (size_t i = 0; i < design->n && largest > 0.0; i++) {
-        v[i] /= largest;
+    differs = stats_center(design->n, NULL, v);
+    for (size_t i = 0; i < design->n; i++) {
         mean += v[i] / (double)design->n;
     }
     for (size_t i = 0; i < design->n; i++) {
         v[i] -= mean;
     }
-    norm = sqrt(dot(design->n, v, v));
-    if (!(norm > DEPENDENT) || !(reduce(design, v) > DEPENDENT)) {
+    if (!differs || !(reduce(design, v) > DEPENDENT)) {
         return srnf_fail(error, SRNF_EINVAL, -1,
                          "covariate %zu is constant or follows from those before it", column);
     }

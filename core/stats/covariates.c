@@ -12,6 +12,7 @@
 #include "srnf/covariates.h"
 
 #define DEPENDENT 1e-8 /* of a column's length: rounding */
+#define CONSTANT 1e-10 /* of a column's largest entry: what differs by less has no digits left */
 
 static double dot(size_t n, const double *a, const double *b)
 {
@@ -45,6 +46,22 @@ static void scale(size_t n, double factor, double *column)
     }
 }
 
+bool stats_center(size_t n, const double *lead, double *column)
+{
+    double part = lead ? column[0] / lead[0] : column[0], largest = 0.0, spread = 0.0;
+
+    for (size_t i = 0; i < n; i++) {
+        largest = fmax(largest, fabs(column[i]));
+        column[i] -= lead ? part * lead[i] : part;
+        spread = fmax(spread, fabs(column[i]));
+    }
+    if (!(spread > CONSTANT * largest)) {
+        return false;
+    }
+    scale(n, 1.0 / spread, column);
+    return true;
+}
+
 /* Room for m columns of n; NULL with *status. */
 static double *columns(size_t m, size_t n, int *status)
 {
@@ -71,17 +88,15 @@ int srnf_covariates_check(size_t m, size_t n, const double *values, enum srnf_co
         basis[i] = 1.0 / sqrt((double)n);
     }
     for (size_t j = 0; basis && j < m; j++) {
-        double *column = basis + kept * n, largest = 0.0, left, about_mean;
+        double *column = basis + kept * n, left, about_mean;
+        bool differs;
 
-        for (size_t i = 0; i < n; i++) {
-            column[i] = values[j * n + i];
-            largest = fmax(largest, fabs(column[i]));
-        }
-        scale(n, largest > 0.0 ? 1.0 / largest : 1.0, column);
+        memcpy(column, values + j * n, n * sizeof *column);
+        differs = stats_center(n, NULL, column);
         about_mean = reduce(n, basis, 1, column);
         left = reduce(n, basis, kept, column);
         verdicts[j] = SRNF_COVARIATE_FREE;
-        if (!(about_mean > DEPENDENT)) {
+        if (!differs) {
             verdicts[j] = SRNF_COVARIATE_CONSTANT;
         } else if (!(left > DEPENDENT * about_mean)) {
             verdicts[j] = SRNF_COVARIATE_FOLLOWS;
@@ -94,7 +109,7 @@ int srnf_covariates_check(size_t m, size_t n, const double *values, enum srnf_co
     return status;
 }
 
-/* Columns of subjects: the mean of covariate j, or the group where j is m, over the members of
+/* Columns of subjects: the mean of covariate j less that of member 0, or the group where j is m, over the members of
    each. Those of members that are not the first of their subject stay 0. */
 static void fill_column(size_t n, size_t m, size_t j, const size_t *subjects, const int *group,
                         const double *covariates, double *count, double *column)
@@ -102,7 +117,7 @@ static void fill_column(size_t n, size_t m, size_t j, const size_t *subjects, co
     memset(column, 0, n * sizeof *column);
     memset(count, 0, n * sizeof *count);
     for (size_t i = 0; i < n; i++) {
-        column[subjects[i]] += j == m ? (double)group[i] : covariates[i * m + j];
+        column[subjects[i]] += j == m ? (double)group[i] : covariates[i * m + j] - covariates[j];
         count[subjects[i]] += 1.0;
     }
     for (size_t i = 0; i < n; i++) {

@@ -28,7 +28,8 @@ struct norms_fold {
     size_t n, p, members; /* all; coefficients; those inside */
     bool *inside;         /* [n] */
     double *basis;        /* [p][n] orthonormal, 0 outside */
-    double *r;            /* [p][p] upper: x = sum over k of r[k] basis_k */
+    double *shift;        /* [p] what is taken off a column */
+    double *r;            /* [p][p] upper: x - shift = sum over k of r[k] basis_k */
 };
 /* Fits the design to all members but those of a group and of a subject. SRNF_EINVAL: too few are
    left, or a column follows. Cleared in any case. */

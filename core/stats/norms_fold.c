@@ -1,7 +1,8 @@
 /*
  * norms_fold.c - a linear model of the members that are in a fold, by an orthonormal basis U of its
- * design: X = U R with the constant first, by Gram and Schmidt, twice for each column. What is
- * predicted at a row x is a sum of the members' values with the weights
+ * design: X = U R with the constant first, by Gram and Schmidt, twice for each column, all columns
+ * less a number that the constant tells. What is predicted at a row x is a sum of the members'
+ * values with the weights
  *
  *     a = U u,    R'u = x,    and the leverage is |u|^2.
  */
@@ -17,7 +18,32 @@ void norms_fold_clear(struct norms_fold *fold)
     srnf_free(fold->inside);
     srnf_free(fold->basis);
     srnf_free(fold->r);
+    srnf_free(fold->shift);
     *fold = (struct norms_fold){0};
+}
+
+/* Whether column k differs among the members inside. Its first entry is taken off all of them, as
+   stats_center does: a column far from 0 keeps its digits. */
+static bool open_column(struct norms_fold *fold, const struct norms *norms, size_t k, double *v)
+{
+    size_t first = 0;
+
+    while (!fold->inside[first]) {
+        first++;
+    }
+    fold->shift[k] = k == 0 ? 0.0 : norms_row(norms, first)[k - 1];
+    for (size_t i = 0; i < fold->n; i++) {
+        v[i] = k == 0 ? 1.0 : norms_row(norms, fold->inside[i] ? i : first)[k - 1];
+    }
+    if (k > 0 && !stats_center(fold->n, NULL, v)) {
+        return false;
+    }
+    for (size_t i = 0; i < fold->n; i++) {
+        v[i] = !fold->inside[i] ? 0.0
+               : k == 0         ? 1.0
+                                : norms_row(norms, i)[k - 1] - fold->shift[k];
+    }
+    return true;
 }
 
 /* Adds column k; false where it follows from those before it. */
@@ -28,8 +54,8 @@ static bool add_column(struct norms_fold *fold, const struct norms *norms, size_
     double before = 0.0;
     double after;
 
-    for (size_t i = 0; i < fold->n; i++) {
-        v[i] = !fold->inside[i] ? 0.0 : k == 0 ? 1.0 : norms_row(norms, i)[k - 1];
+    if (!open_column(fold, norms, k, v)) {
+        return false;
     }
     for (int pass = 0; pass < 2; pass++) {
         for (size_t j = 0; j < k; j++) {
@@ -42,7 +68,7 @@ static bool add_column(struct norms_fold *fold, const struct norms *norms, size_
     }
     after = cblas_dnrm2(n, v, 1);
     fold->r[k * fold->p + k] = after;
-    if (k > 0 && (!(before > DEPENDENT * fabs(fold->r[k])) || !(after > DEPENDENT * before))) {
+    if (k > 0 && !(after > DEPENDENT * before)) {
         return false;
     }
     cblas_dscal(n, 1.0 / after, v, 1);
@@ -58,7 +84,8 @@ int norms_fold_open(struct norms_fold *fold, const struct norms *norms, size_t g
     fold->inside = srnf_alloc(norms->n, sizeof *fold->inside);
     fold->basis = srnf_alloc(p, norms->n * sizeof(double));
     fold->r = srnf_alloc(p, p * sizeof(double));
-    if (!fold->inside || !fold->basis || !fold->r) {
+    fold->shift = srnf_alloc(p, sizeof *fold->shift);
+    if (!fold->inside || !fold->basis || !fold->r || !fold->shift) {
         return SRNF_ENOMEM;
     }
     for (size_t i = 0; i < norms->n; i++) {
@@ -87,7 +114,7 @@ double norms_fold_predict(const struct norms_fold *fold, const double *x, double
     double leverage = 0.0;
 
     for (size_t k = 0; k < fold->p; k++) {
-        u[k] = k == 0 ? 1.0 : x[k - 1];
+        u[k] = k == 0 ? 1.0 : x[k - 1] - fold->shift[k];
         for (size_t j = 0; j < k; j++) {
             u[k] -= fold->r[j * fold->p + k] * u[j];
         }

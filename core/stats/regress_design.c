@@ -1,8 +1,8 @@
 /*
  * regress_design.c - orthonormal bases of the columns of linear models.
  *
- * Gram-Schmidt in two passes (L. Giraud et al. 2005: twice is enough) on columns that are scaled to
- * a largest entry of 1, so that units do not matter. With X = U'R for the whole model the weights
+ * Gram-Schmidt in two passes (L. Giraud et al. 2005: twice is enough) on columns that are moved and
+ * scaled (stats_center), so that units do not matter. With X = U'R for the whole model the weights
  * of the coefficients are R^(-1) U.
  */
 #include "regress.h"
@@ -36,23 +36,19 @@ static int basis_open(struct regress_basis *basis, size_t n, const double *lead,
 }
 
 /* Adds what the basis leaves of a column; false: nothing. */
-static bool basis_add(struct regress_basis *basis, size_t columns, size_t column,
-                      const double *values)
+static bool basis_add(struct regress_basis *basis, const double *lead, size_t columns,
+                      size_t column, const double *values)
 {
     size_t n = basis->n;
     double *v = basis->vectors + basis->count * n;
-    double largest = 0.0;
     double before;
     double after;
 
     for (size_t i = 0; i < n; i++) {
-        largest = fmax(largest, fabs(values[i * columns + column]));
+        v[i] = values[i * columns + column];
     }
-    if (!(largest > 0.0)) {
+    if (!stats_center(n, lead, v)) {
         return false;
-    }
-    for (size_t i = 0; i < n; i++) {
-        v[i] = values[i * columns + column] / largest;
     }
     regress_reduce(basis, 1, v); /* about its mean */
     regress_reduce(basis, 1, v);
@@ -60,7 +56,7 @@ static bool basis_add(struct regress_basis *basis, size_t columns, size_t column
     regress_reduce(basis, basis->count, v);
     regress_reduce(basis, basis->count, v);
     after = cblas_dnrm2((int)n, v, 1);
-    if (!(before > DEPENDENT * sqrt((double)n)) || !(after > DEPENDENT * before)) {
+    if (!(after > DEPENDENT * before)) {
         return false;
     }
     cblas_dscal((int)n, 1.0 / after, v, 1);
@@ -79,11 +75,11 @@ int regress_model_create(struct regress_model *model, size_t n, const double *le
     *model = (struct regress_model){0};
     status = basis_open(&model->basis, n, lead, most < n ? most : n);
     for (size_t j = 0; status == SRNF_OK && j < nested->reduced && model->basis.count < n; j++) {
-        (void)basis_add(&model->basis, nested->reduced, j, nested->nuisance);
+        (void)basis_add(&model->basis, lead, nested->reduced, j, nested->nuisance);
     }
     model->reduced = model->basis.count;
     for (size_t j = 0; status == SRNF_OK && j < nested->tested && model->basis.count < n; j++) {
-        model->tested += basis_add(&model->basis, nested->tested, j, nested->columns);
+        model->tested += basis_add(&model->basis, lead, nested->tested, j, nested->columns);
     }
     if (status == SRNF_OK && model->tested == 0) {
         status = srnf_fail(error, SRNF_EINVAL, (int64_t)number,
@@ -151,7 +147,7 @@ int regress_fit_create(struct regress_fit *fit, size_t n, const double *lead, si
     }
     status = basis_open(&fit->basis, n, lead, columns + 1);
     for (size_t j = 0; j < columns && status == SRNF_OK; j++) {
-        if (!basis_add(&fit->basis, columns, j, values)) {
+        if (!basis_add(&fit->basis, lead, columns, j, values)) {
             status = srnf_fail(error, SRNF_EINVAL, (int64_t)j,
                                "column %zu is constant or follows from those before it", j);
         }

@@ -45,6 +45,13 @@ int stats_fail(struct srnf_error *error, int status, const struct srnf_error *fi
 SRNF_CHECKED int stats_check_draws(size_t permutations, size_t bootstraps,
                                    struct srnf_error *error);
 
+/* ---- covariates.c ---------------------------------------------------------------------------- */
+
+/* A column, [n], as models take it: less the multiple of the constant, or of the lead, that its
+   first entry is, so that one far from 0 keeps its digits, and by its largest entry. False, and not
+   scaled: to rounding it is that multiple. lead: [n], none 0, or NULL. */
+bool stats_center(size_t n, const double *lead, double *column);
+
 /* ---- part.c ---------------------------------------------------------------------------------- */
 
 /* Parts of a computation, one after the other, each with the share of the progress it costs. */

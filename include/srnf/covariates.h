@@ -16,7 +16,7 @@ extern "C" {
 
 enum srnf_covariate {
     SRNF_COVARIATE_FREE = 0,
-    SRNF_COVARIATE_CONSTANT, /* the same for all members */
+    SRNF_COVARIATE_CONSTANT, /* the same for all members, to ten digits */
     SRNF_COVARIATE_FOLLOWS,  /* a sum of multiples of a constant and those before it */
 };
 

@@ -32,6 +32,27 @@ static void what_follows_is_found(void **state)
     assert_int_equal(srnf_covariates_check(M, 0, values, verdicts), SRNF_EINVAL);
 }
 
+/* Far from 0, as dates and identifiers are, a covariate keeps its digits; what follows is found. */
+static void a_covariate_far_from_0_counts(void **state)
+{
+    struct test_random random = test_random_seed(4);
+    enum srnf_covariate verdicts[M];
+    double values[M * N];
+
+    (void)state;
+    for (size_t i = 0; i < N; i++) {
+        values[i] = 1e9 + (double)i;
+        values[N + i] = (double)i;
+        values[2 * N + i] = 1e9 + test_random_normal(&random);
+        values[3 * N + i] = i % 2 ? 0.3 : 0.1 + 0.2;
+    }
+    assert_int_equal(srnf_covariates_check(M, N, values, verdicts), SRNF_OK);
+    assert_int_equal(verdicts[0], SRNF_COVARIATE_FREE);
+    assert_int_equal(verdicts[1], SRNF_COVARIATE_FOLLOWS);
+    assert_int_equal(verdicts[2], SRNF_COVARIATE_FREE);
+    assert_int_equal(verdicts[3], SRNF_COVARIATE_CONSTANT);
+}
+
 /* One covariate x: R is its correlation with the group. */
 static double by_correlation(const double *x, const int *group)
 {
@@ -184,6 +205,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_follows_is_found),
+        cmocka_unit_test(a_covariate_far_from_0_counts),
         cmocka_unit_test(inflation_is_that_of_the_textbook),
         cmocka_unit_test(inflation_of_a_term_is_that_of_the_textbook),
     };
