@@ -220,8 +220,10 @@ static struct terms read_product(struct formula_parser *p)
 
 static struct terms read_sum(struct formula_parser *p)
 {
-    struct terms sum = read_product(p);
+    struct terms sum;
 
+    (void)formula_take(p, "+"); /* of the first term, as in patsy */
+    sum = read_product(p);
     while (!p->failed) {
         if (formula_take(p, "+")) {
             struct terms more = read_product(p);

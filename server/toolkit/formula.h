@@ -7,7 +7,7 @@
  *     a + b     both              a:b       their interaction       a * b     a + b + a:b
  *     a / b     a + a:b           (a+b)^2   all up to pairs         a*b - b   without b
  *     log(x)    also log2, log10, log1p, exp, sqrt; with np. before them
- *     I(x^2)    a power           C(x), factor(x)  categorical     C(x, Treatment("ref"))
+ *     I(x^2)    a power, I(x) x   C(x), factor(x)  categorical     C(x, Treatment("ref"))
  *     center(x)                   less its mean over the members
  *     scale(x), standardize(x)    by its deviation, too: of n as in patsy, with ddof=1 of n - 1
  *     Q("a b"), `a b`             a name that is no word

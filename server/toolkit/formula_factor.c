@@ -55,10 +55,11 @@ static const struct {
 
 /* ---- Arguments ------------------------------------------------------------------------------- */
 
+/* ^2; of I(x) alone the power is 1, and of others the end of the call says what is wrong. */
 static void read_power(struct formula_parser *p, struct formula_step *step)
 {
+    step->power = 1;
     if (!formula_take(p, "**") && !formula_take(p, "^")) {
-        formula_fail_here(p, "^ and a power, as in I(age^2),");
         return;
     }
     formula_skip(p);
@@ -189,6 +190,15 @@ static void read_argument(struct formula_parser *p, struct formula_factor *facto
     bool quoted;
 
     formula_skip(p);
+    if (*p->at == '-' || *p->at == '+') {
+        formula_fail(
+            p,
+            "has \"%.20s\" at character %zu, a sign within a function: functions take one "
+            "covariate. For I(-x) write x, whose coefficient has the other sign; else make "
+            "a covariate of such numbers",
+            p->at, (size_t)(p->at - p->start) + 1);
+        return;
+    }
     quoted = *p->at == '`' || strncmp(p->at, "Q(", 2) == 0;
     if (formula_take_name(p, factor->name) && !quoted && formula_take(p, "(")) {
         char word[FORMULA_NAME_MAX];
@@ -238,7 +248,9 @@ void formula_read_call(struct formula_parser *p, const char *word, struct formul
         } else if (step.function == FORMULA_STANDARDIZE) {
             read_standard(p, &step);
         }
-        factor->step[factor->steps++] = step;
+        if (step.function != FORMULA_POWER || step.power > 1) {
+            factor->step[factor->steps++] = step;
+        }
     }
     read_end(p);
 }
