@@ -83,6 +83,21 @@ bool covariate_takes(double value)
     return fabs(value) <= COVARIATE_MOST;
 }
 
+double covariate_spread(size_t n, const double *values)
+{
+    double spread = 0.0;
+
+    for (size_t i = 1; i < n; i++) {
+        spread = fmax(spread, fabs(values[i] - values[0]));
+    }
+    return spread;
+}
+
+bool covariate_spread_takes(double spread)
+{
+    return spread <= 0.0 || (spread >= COVARIATE_SPREAD_LEAST && spread <= COVARIATE_SPREAD_MOST);
+}
+
 static void refuse_size(struct process_inputs *inputs, const json_t *members, size_t i,
                         const json_t *value, const char *name, const char *pointer)
 {
@@ -239,10 +254,20 @@ void covariates_check(struct process_inputs *inputs, const json_t *names, const 
     for (size_t j = 0; j < m; j++) {
         const char *name = json_string_value(json_array_get(names, j)), *by;
         char pointer[64];
+        double spread = covariate_spread(n, columns + j * n);
         size_t first;
 
         (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", j);
-        if (verdicts[j] == SRNF_COVARIATE_CONSTANT) {
+        if (!covariate_spread_takes(spread)) {
+            problem_add(inputs->list, pointer,
+                        "the numbers of \"%.60s\" differ by %.3g at most, and " COVARIATE_SPREAD,
+                        name ? name : "", spread);
+        } else if (verdicts[j] == SRNF_COVARIATE_CONSTANT && spread > 0.0) {
+            problem_add(inputs->list, pointer,
+                        "\"%.60s\" hardly differs between members, by %.3g at most about %.10g: "
+                        "give it less that number in the cohort, or leave it out",
+                        name ? name : "", spread, columns[j * n]);
+        } else if (verdicts[j] == SRNF_COVARIATE_CONSTANT) {
             problem_add(inputs->list, pointer,
                         "\"%.60s\" is the same for all members: leave it out", name ? name : "");
         } else if (verdicts[j] == SRNF_COVARIATE_FOLLOWS) {

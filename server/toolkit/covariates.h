@@ -13,6 +13,17 @@
 #define COVARIATE_MOST 1e50
 #define COVARIATE_TAKEN "numbers from -1e50 to 1e50 are taken"
 bool covariate_takes(double value);
+
+/* Coefficients are of the size of 1 / the spread, and their squares are beyond double precision
+   where it is smaller, or larger, than that. */
+#define COVARIATE_SPREAD_LEAST 1e-100
+#define COVARIATE_SPREAD_MOST 1e100
+#define COVARIATE_SPREAD \
+    "differences from 1e-100 to 1e100 are taken: give the covariate in another unit"
+/* The largest difference from the first. values: [n], n > 0 */
+double covariate_spread(size_t n, const double *values);
+/* Also no difference at all, which is told otherwise. */
+bool covariate_spread_takes(double spread);
 /* Where a problem with a covariate, number i, is told: where it was named, or else the cohort. */
 void covariate_pointer(const struct process_inputs *inputs, size_t i, char *pointer, size_t size);
 

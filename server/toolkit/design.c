@@ -88,19 +88,6 @@ static void refuse_many(const struct design_build *build, const struct design_co
                 columns->count, subjects, subjects - SUBJECTS_BESIDE, name, most);
 }
 
-static void refuse_column(const struct design_build *build, const json_t *name,
-                          enum srnf_covariate verdict, bool averaged)
-{
-    problem_add(build->given->list, DESIGN_POINTER,
-                "the column %.120s %s%s: leave its term out, or write an interaction with all it "
-                "is made of (a * b)",
-                json_string_value(json_object_get(name, "name")),
-                verdict == SRNF_COVARIATE_CONSTANT
-                    ? averaged ? "is the same for all subjects" : "is the same for all members"
-                    : "follows from the constant and the columns before it",
-                averaged ? " once the members of each are averaged" : "");
-}
-
 /* Notes that there are too many columns, or one that says nothing that those before it do not. */
 static bool check_columns(const struct design_build *build, const struct design_columns *columns,
                           const json_t *rows, const json_t *names)
@@ -118,10 +105,15 @@ static bool check_columns(const struct design_build *build, const struct design_
     }
     good = good && srnf_covariates_check(m, subjects, values, verdicts) == 0;
     for (size_t c = 0; good && c < m; c++) {
-        if (verdicts[c] != SRNF_COVARIATE_FREE) {
-            if (verdicts[c] != SRNF_COVARIATE_FOLLOWS ||
-                !design_refuse_repeat(build, columns, subjects, values, c)) {
-                refuse_column(build, json_array_get(names, c), verdicts[c], subjects < build->n);
+        const char *name = json_string_value(json_object_get(json_array_get(names, c), "name"));
+
+        if (design_refuse_numbers(build, name, values + c * subjects, subjects)) {
+            good = false;
+        } else if (verdicts[c] != SRNF_COVARIATE_FREE) {
+            if (!design_refuse_cell(build, columns->column[c].term) &&
+                (verdicts[c] != SRNF_COVARIATE_FOLLOWS ||
+                 !design_refuse_repeat(build, columns, subjects, values, c))) {
+                design_refuse_column(build, name, verdicts[c], values + c * subjects, subjects);
             }
             good = false;
         }

@@ -36,6 +36,17 @@ json_t *design_column_name(const struct design_build *build, const struct design
 bool design_refuse_repeat(const struct design_build *build, const struct design_columns *columns,
                           size_t subjects, const double *values, size_t column);
 
+/* Of a term with a column that says nothing: whether no member has some levels of it together, with
+   a problem noted that names them. */
+bool design_refuse_cell(const struct design_build *build, size_t term);
+/* Notes why a column says nothing. values: [subjects] */
+void design_refuse_column(const struct design_build *build, const char *name,
+                          enum srnf_covariate verdict, const double *values, size_t subjects);
+/* Whether a column has the name of the constant, or numbers that no coefficient fits, with a problem
+   noted. values: [subjects] */
+bool design_refuse_numbers(const struct design_build *build, const char *name, const double *values,
+                           size_t subjects);
+
 /* The tests of a design (design.h). terms: as there. */
 json_t *design_tests(const struct design_build *build, const struct design_columns *columns,
                      const json_t *terms);

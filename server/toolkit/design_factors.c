@@ -117,9 +117,11 @@ static bool check_number(const struct design_build *build, const struct design_f
     double x = json_number_value(value_of(json_array_get(build->members, i), name)) + 0.0;
 
     if (!isfinite(factor->value[i])) {
-        problem_add(build->given->list, POINTER,
-                    "%.80s of member %zu (%.40s) is not a number: \"%.60s\" is %.10g there",
-                    factor->source->text, i, id_of(build, i), name, x);
+        char why[FORMULA_WHY_MAX];
+
+        formula_why(factor->source, &factor->state, x, why);
+        problem_add(build->given->list, POINTER, "%.80s of member %zu (%.40s) is not finite: %s",
+                    factor->source->text, i, id_of(build, i), why);
         return false;
     }
     if (!(covariate_takes(x) && covariate_takes(factor->value[i]))) {

@@ -62,9 +62,14 @@ static void read_point(const struct design_build *build, size_t f, size_t index,
     row[f] = json_is_number(value)
                  ? formula_apply(factor->source, &factor->state, json_number_value(value))
                  : NAN;
-    if (!isfinite(row[f])) {
-        problem_add(build->given->list, pointer, "%.80s must be a number there",
-                    factor->source->text);
+    if (!json_is_number(value)) {
+        problem_add(build->given->list, pointer, "\"%.60s\" must be a number", name);
+    } else if (!isfinite(row[f])) {
+        char why[FORMULA_WHY_MAX];
+
+        formula_why(factor->source, &factor->state, json_number_value(value), why);
+        problem_add(build->given->list, pointer, "%.80s is not finite: %s", factor->source->text,
+                    why);
     } else if (!covariate_takes(row[f]) || !covariate_takes(json_number_value(value))) {
         problem_add(build->given->list, pointer,
                     "%.80s is %.6g there, \"%.60s\" %.6g; " COVARIATE_TAKEN, factor->source->text,

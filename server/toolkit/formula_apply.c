@@ -4,6 +4,7 @@
  * points at which surfaces are predicted.
  */
 #include <math.h>
+#include <stdio.h>
 
 #include "toolkit/formula.h"
 
@@ -83,4 +84,33 @@ double formula_apply(const struct formula_factor *factor, const struct formula_s
         value = apply_step(&factor->step[k], state->mean[k], state->deviation[k], value);
     }
     return value;
+}
+
+static const char *taken_by(enum formula_function function)
+{
+    return function == FORMULA_SQRT    ? "numbers from 0 on"
+           : function == FORMULA_LOG1P ? "numbers above -1"
+                                       : "numbers above 0";
+}
+
+void formula_why(const struct formula_factor *factor, const struct formula_state *state,
+                 double value, char text[FORMULA_WHY_MAX])
+{
+    char inner[FORMULA_FACTOR_MAX];
+
+    text[0] = '\0';
+    for (size_t k = 0; k < factor->steps && !text[0]; k++) {
+        double made = apply_step(&factor->step[k], state->mean[k], state->deviation[k], value);
+
+        formula_spell(factor, k, inner);
+        if (isnan(made)) {
+            (void)snprintf(text, FORMULA_WHY_MAX, "%.120s is %.10g there, and %.20s takes %s",
+                           inner, value, factor->step[k].name, taken_by(factor->step[k].function));
+        } else if (isinf(made)) {
+            (void)snprintf(text, FORMULA_WHY_MAX,
+                           "%.120s is %.10g there, of which %.20s makes a number too large", inner,
+                           value, factor->step[k].name);
+        }
+        value = made;
+    }
 }

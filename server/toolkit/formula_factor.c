@@ -275,7 +275,7 @@ static void spell_step(const struct formula_step *step, char text[FORMULA_FACTOR
     }
 }
 
-static void spell(struct formula_factor *factor)
+void formula_spell(const struct formula_factor *factor, size_t steps, char text[FORMULA_FACTOR_MAX])
 {
     const char *name = factor->name;
     bool plain = formula_is_name(name[0], true);
@@ -286,13 +286,13 @@ static void spell(struct formula_factor *factor)
     }
     (void)snprintf(quoted, sizeof quoted, plain ? "%s" : "`%s`", name);
     if (factor->levels) {
-        (void)snprintf(factor->text, sizeof factor->text, "C(%s%s%s)", quoted,
+        (void)snprintf(text, FORMULA_FACTOR_MAX, "C(%s%s%s)", quoted,
                        factor->contrast[0] ? ", " : "", factor->contrast);
         return;
     }
-    (void)snprintf(factor->text, sizeof factor->text, "%s", quoted);
-    for (size_t k = 0; k < factor->steps; k++) {
-        spell_step(&factor->step[k], factor->text);
+    (void)snprintf(text, FORMULA_FACTOR_MAX, "%s", quoted);
+    for (size_t k = 0; k < steps; k++) {
+        spell_step(&factor->step[k], text);
     }
 }
 
@@ -306,7 +306,7 @@ uint32_t formula_intern(struct formula_parser *p, struct formula_factor *factor)
 {
     struct formula *formula = p->formula;
 
-    spell(factor);
+    formula_spell(factor, factor->steps, factor->text);
     for (size_t i = 0; i < formula->factors; i++) {
         struct formula_factor *known = &formula->factor[i];
 

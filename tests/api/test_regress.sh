@@ -24,7 +24,8 @@ for i in range(18):
             rows[axis][k] = 0.02 * math.sin(1.7 * i * k + ord(axis) * k * k)
     surface = send('/v1/surfaces', {'coefficients': {'lmax': lmax, **rows}})
     covariates = {'age': age, 'volume': 1.5 + i % 5, 'treated': i % 4 == 1, 'site': 'ABC'[i * 5 % 3 if i < 9 else i % 3],
-                  'one': 1, 'double': 2 * age, 'arm': 'xy'[i % 2], 'sum': age + 1.5 + i % 5,
+                  'one': 1, 'double': 2 * age, 'moved': 1e9 + age, 'tiny': 1e-200 * age, 'away': 1e13 + age,
+                  'Intercept': i, 'zone': 'uv'[i % 6 == 0 or i % 3 == 2], 'shift': 'mno'[i % 3], 'arm': 'xy'[i % 2], 'sum': age + 1.5 + i % 5,
                   'north': 'yn'['ABC'[i * 5 % 3 if i < 9 else i % 3] == 'B'], 'rare': 'x' if i == 3 else 'yz'[i % 2]}
     if i > 2:
         covariates['late'] = i * i % 7
@@ -211,6 +212,10 @@ for FUNCTION in 'center(age)' 'scale(age)' 'standardize(age, ddof=1)' 'scale(age
         '[$a, $b | flatten] | transpose | map(.[0] - .[1] | fabs) | max')" '<' 1e-9 "$FUNCTION predicts what age does"
 done
 
+regress 'shape ~ C(site, Treatment(\"B\")) + moved' ',"at":[{"moved":1000000045},{"moved":1000000070}]'
+compare "$(jq -n --argjson a "$PLAIN" --argjson b "$(predicted)" \
+    '[$a, $b | flatten] | transpose | map(.[0] - .[1] | fabs) | max')" '<' 1e-6 'so does an age that is counted from far away'
+
 regress 'shape ~ group'
 is "$(json '[.terms[0].level, .coefficients[1].name] | tojson')" '["exact","group[T.b]"]' 'labels are groups'
 P=$(json .terms[0].pValue)
@@ -279,7 +284,7 @@ refused() {
     regress "$1" "${3:-}"
     like "$STATUS $(json '.errors[0] | "\(.pointer) \(.detail)"')" "$2" "refused: $1"
 }
-refused 'shape ~ weight' '422 /inputs/formula no member of the cohort has a covariate "weight"; the cohort has "age"'
+refused 'shape ~ weight' '422 /inputs/formula no member of the cohort has a covariate "weight"; the cohort has .*"age"'
 refused 'shape ~ age + late' '3 of 18 members have no "late", member 0'
 refused 'shape ~ age + city' '2 of 18 members have no "city", member 4'
 refused 'shape ~ one' '"one" is the same for all members'
@@ -290,6 +295,14 @@ refused 'shape ~ group + age + label' 'the terms group and label say the same: l
 refused 'shape ~ site + north' 'the term north follows from site, which says more: leave north out'
 refused 'shape ~ north + age + site' 'the terms north and site say the same in part: a column of site follows from the first'
 refused 'shape ~ age + volume + sum' 'the column sum follows from the constant and the columns before it'
+refused 'shape ~ log(scale(age))' 'log.scale.age.. of member 0 .* is not finite: scale.age. is -1[.].* there, and log takes numbers above 0'
+refused 'shape ~ exp(exp(age))' 'exp.exp.age.. of member 0 .* is not finite: exp.age. is 2.35.*e[+]17 there, of which exp makes a number too large'
+refused 'shape ~ log(age)' '/inputs/at/0 log.age. is not finite: age is -3 there, and log takes numbers above 0' ',"at":[{"age":-3}]'
+refused 'shape ~ log(age)' '/inputs/at/0 "age" must be a number' ',"at":[{"age":"x"}]'
+refused 'shape ~ C(zone) * C(shift)' '422 /inputs/formula no member has zone "v" and shift "n" together, so that C.zone.:C.shift. cannot be fitted: leave this interaction out'
+refused 'shape ~ away + site' '422 /inputs/formula the column away hardly differs between members, from 100000000000.* center.x.'
+refused 'shape ~ tiny' '422 /inputs/formula the numbers of the column tiny differ by .*e-199 at most, and differences from 1e-100 .* in another unit'
+refused 'shape ~ Intercept' '422 /inputs/formula has a column "Intercept", which is the name of the constant: give the covariate another name'
 refused 'shape ~ scale(age, ddof=1, ddof=0)' 'ddof= twice in scale'
 refused 'shape ~ scale(age, rescale=False, rescale=True)' 'rescale= twice in scale'
 refused 'shape ~ scale(age, rescale=False, center=False)' 'scale without center and rescale, which changes nothing'

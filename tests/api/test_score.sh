@@ -110,7 +110,7 @@ refused() {
 refused ',"formula":"shape ~ age"' '422 /inputs/covariates has no "age", which the formula names'
 refused ',"covariates":{"age":4}' '422 /inputs/covariates are of no use without a formula'
 refused ',"formula":"shape ~ age","covariates":{"age":4,"size":2}' '422 /inputs/covariates "size" is no covariate of the formula'
-refused ',"formula":"shape ~ age","covariates":{"age":"old"}' '422 /inputs/covariates age must be a number there'
+refused ',"formula":"shape ~ age","covariates":{"age":"old"}' '422 /inputs/covariates "age" must be a number'
 refused ',"formula":"shape ~ age","covariates":[4]' '422 /inputs/covariates must be an object'
 refused ',"formula":"shape ~ one","covariates":{"one":1}' '"one" is the same for all members'
 refused ',"formula":"shape ~ weight","covariates":{"weight":1}' 'no member of the cohort has a covariate "weight"'
