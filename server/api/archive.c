@@ -290,6 +290,13 @@ static enum archive_status refuse(struct archive_file *file, const char *code, c
     return ARCHIVE_REFUSED;
 }
 
+static const char *base_of(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+
+    return slash ? slash + 1 : path;
+}
+
 /* Whether the entry is taken, by what its head says. */
 static enum archive_status judge(struct archive_reader *reader, struct archive_entry *entry,
                                  const char *path, struct archive_file *file)
@@ -298,6 +305,9 @@ static enum archive_status judge(struct archive_reader *reader, struct archive_e
     const char *problem = path ? archive_path_problem(path) : "its name cannot be read";
 
     (void)snprintf(file->path, sizeof file->path, "%s", path ? path : "?");
+    if (reader->limits.only && strcmp(base_of(file->path), reader->limits.only) != 0) {
+        return ARCHIVE_PASSED;
+    }
     if (problem || strlen(path) >= sizeof file->path) {
         return refuse(file, "unsafe-path", problem ? problem : "its path is too long");
     }
@@ -324,7 +334,7 @@ static enum archive_status next_entry(struct archive_reader *reader, struct arch
 {
     struct archive_entry *entry;
     int code = archive_read_next_header(reader->archive, &entry);
-    enum archive_status status;
+    enum archive_status status, judged;
     const char *path;
     la_int64_t size;
     bool keep;
@@ -353,12 +363,13 @@ static enum archive_status next_entry(struct archive_reader *reader, struct arch
     if (!keep && reader->is_zip) {
         return status; /* what is passed over is not unpacked */
     }
+    judged = status;
     status = read_bytes(reader, keep, size > 0 ? (size_t)size : 0, file);
     if (!keep) {
         srnf_free(file->bytes);
         file->bytes = NULL;
     }
-    return status == ARCHIVE_FILE && !keep ? ARCHIVE_REFUSED : status;
+    return status == ARCHIVE_FILE ? judged : status;
 }
 
 enum archive_status archive_next(struct archive_reader *reader, struct archive_file *file)

@@ -15,13 +15,15 @@ struct archive_reader;
 
 /* What it may hold. */
 struct archive_limits {
-    size_t file;  /* bytes of one file, unpacked */
-    size_t *left; /* bytes that all entries may still have, unpacked; counted down */
+    size_t file;      /* bytes of one file, unpacked */
+    size_t *left;     /* bytes that all entries may still have, unpacked; counted down */
+    const char *only; /* files of other names, in whichever folder, are passed over; NULL: none */
 };
 
 enum archive_status {
     ARCHIVE_FILE,     /* a file is there */
     ARCHIVE_REFUSED,  /* an entry that is not taken, and why; the archive can be read on */
+    ARCHIVE_PASSED,   /* one that is passed over; so with these three */
     ARCHIVE_AT_END,   /* there are no more */
     ARCHIVE_WRONG,    /* it cannot be read on: damaged, cut off, or of a kind not known here */
     ARCHIVE_TOO_MUCH, /* it holds more entries, or more in one, than the limits allow */

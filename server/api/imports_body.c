@@ -1,6 +1,7 @@
 /*
  * imports_body.c - the files of an import's body: the entries of an archive, or the parts of a form
- * and the entries of archives among these. An archive within an archive is not opened.
+ * and the entries of archives among these. An archive within an archive is not opened. The manifest
+ * of an export is taken first.
  */
 #include "api/imports.h"
 
@@ -52,7 +53,17 @@ static void answer_archive(struct import *import, enum archive_status status, co
     }
 }
 
-static void take_entry(struct import *import, struct archive_file *file)
+/* What follows "./", with which tar begins paths of the folder in which it runs. */
+static const char *path_within(const char *path)
+{
+    while (strncmp(path, "./", 2) == 0) {
+        path += 2;
+    }
+    return path;
+}
+
+/* folder: in which the files of an export lie, with its slash; "": in none. */
+static void take_entry(struct import *import, const char *folder, struct archive_file *file)
 {
     struct import_given given = {.path = file->path,
                                  .type = "",
@@ -60,6 +71,11 @@ static void take_entry(struct import *import, struct archive_file *file)
                                  .size = file->size,
                                  .own = file->bytes};
 
+    if (import->manifest) {
+        const char *path = path_within(file->path);
+
+        given.path = path + (strncmp(path, folder, strlen(folder)) == 0 ? strlen(folder) : 0);
+    }
     if (!import->manifest && archive_is_one(file->bytes, file->size) &&
         !strcasestr(file->path, ".gz")) {
         import_refuse(import, file->path, "nested-archive",
@@ -71,20 +87,95 @@ static void take_entry(struct import *import, struct archive_file *file)
     file->bytes = NULL;
 }
 
+/* The manifest of an export, looked for. */
+struct search {
+    char folder[ARCHIVE_PATH_MAX]; /* the first that was seen, with its slash */
+    bool scattered;                /* there are files outside of it */
+    struct archive_file found;     /* the manifest in it, or in none */
+};
+
+/* Notes one entry; true where the manifest lies outside all folders, and the search is over. */
+static bool note_entry(struct search *search, enum archive_status status, struct archive_file *file)
+{
+    const char *path = path_within(file->path);
+    size_t length = strcspn(path, "/");
+    bool top = status == ARCHIVE_FILE && strcmp(path, STUDY_MANIFEST) == 0;
+
+    if (is_left_behind(file->path) || !*path) {
+        srnf_free(file->bytes);
+        return false;
+    }
+    if (!search->folder[0] && path[length]) {
+        (void)snprintf(search->folder, sizeof search->folder, "%.*s/", (int)length, path);
+    }
+    search->scattered =
+        search->scattered || !path[length] || strncmp(path, search->folder, length + 1) != 0;
+    if (top || (status == ARCHIVE_FILE && !search->found.bytes && path[length] &&
+                strcmp(path + length + 1, STUDY_MANIFEST) == 0)) {
+        srnf_free(search->found.bytes);
+        search->found = *file;
+        file->bytes = NULL;
+    }
+    if (top) {
+        search->folder[0] = '\0';
+        search->scattered = false;
+    }
+    srnf_free(file->bytes);
+    return top;
+}
+
+/* Takes the manifest of an export first, wherever in the archive it stands: it says what the other
+   files are. It lies outside all folders, or in one in which all lies, as when a folder was packed.
+   Of a zip only the heads of entries are read; a tar is unpacked twice, within the same limit. */
+static void take_manifest(struct import *import, const void *bytes, size_t size, const char *what,
+                          struct search *search)
+{
+    size_t left = import->unpack_left;
+    const struct archive_limits limits = {
+        .file = import->call->api->config.max_body, .left = &left, .only = STUDY_MANIFEST};
+    enum archive_status status;
+    struct archive_file file;
+    struct archive_reader *reader = archive_open(bytes, size, &limits, &status, &file);
+    bool over = false;
+
+    while (reader && !over && (status = archive_next(reader, &file)) <= ARCHIVE_PASSED) {
+        over = note_entry(search, status, &file);
+    }
+    archive_close(reader);
+    if (!over && status != ARCHIVE_AT_END) {
+        answer_archive(import, status, what, &file);
+    } else if (search->found.bytes && !search->scattered) {
+        const struct import_given given = {.path = STUDY_MANIFEST,
+                                           .type = "",
+                                           .bytes = search->found.bytes,
+                                           .size = search->found.size};
+
+        (void)import_take_manifest(import, &given);
+    }
+    srnf_free(search->found.bytes);
+}
+
 static void read_archive(struct import *import, const void *bytes, size_t size, const char *what)
 {
     const struct archive_limits limits = {.file = import->call->api->config.max_body,
                                           .left = &import->unpack_left};
-    enum archive_status status;
+    struct search search = {.scattered = false};
+    enum archive_status status = ARCHIVE_AT_END;
     struct archive_file file;
-    struct archive_reader *reader = archive_open(bytes, size, &limits, &status, &file);
+    struct archive_reader *reader;
+
+    take_manifest(import, bytes, size, what, &search);
+    if (import->answered) {
+        return;
+    }
+    reader = archive_open(bytes, size, &limits, &status, &file);
 
     while (reader && !import->answered &&
            ((status = archive_next(reader, &file)) == ARCHIVE_FILE || status == ARCHIVE_REFUSED)) {
         if (status == ARCHIVE_REFUSED && !is_left_behind(file.path)) {
             import_refuse(import, file.path, file.code, "%s", file.problem);
         } else if (status == ARCHIVE_FILE) {
-            take_entry(import, &file);
+            take_entry(import, search.folder, &file);
         }
     }
     archive_close(reader);

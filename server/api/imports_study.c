@@ -2,7 +2,7 @@
  * imports_study.c - an import of what an export wrote: the same ids, and jobs that answer from the
  * cache.
  *
- * The manifest comes first and says what each file is. Meshes and volumes are read as uploads are;
+ * The manifest is taken first and says what each file is. Meshes and volumes are read as uploads are;
  * the others by imports_restore.c.
  */
 #include "api/imports.h"
@@ -73,8 +73,15 @@ bool import_take_manifest(struct import *import, const struct import_given *give
     json_error_t error;
     bool over;
 
-    if (strcmp(given->path, STUDY_MANIFEST) != 0 || import->n_files > 0 || import->manifest) {
+    if (strcmp(given->path, STUDY_MANIFEST) != 0 || import->manifest) {
         return false;
+    }
+    if (import->n_files > 0 || import->table_path) {
+        (void)problem_respond(import->call, "unparsable-archive",
+                              STUDY_MANIFEST " says what the files of an export are, and others "
+                                             "came before it: send the export by itself.");
+        import->answered = true;
+        return true;
     }
     import->manifest =
         json_memory_load((const char *)given->bytes, given->size, MANIFEST_MAX * 4, &over, &error);

@@ -247,8 +247,10 @@ BOB=$(token bob)
 start_server "$SCRATCH/d" --workers 1 || exit 1
 FOURTH=$SERVER_PID
 tests/support/forge_model.py "$SCRATCH/model.zip" "$SCRATCH/alone.zip" alone >"$SCRATCH/forged"
-# Unpacked and packed again, in an order of its own.
-(cd "$SCRATCH/open" && zip -q -r ../packed.zip srnfd-study.json jobs models surfaces meshes)
+# Unpacked and packed again, in an order of its own, with the manifest last; in a folder; in that of tar.
+(cd "$SCRATCH/open" && zip -q -r ../packed.zip cohort.csv ro-crate-metadata.json jobs models surfaces meshes srnfd-study.json)
+(cd "$SCRATCH" && zip -q -r folder.zip open/cohort.csv open/models open/jobs open/surfaces open/meshes open/srnfd-study.json)
+(cd "$SCRATCH/open" && tar czf ../dot.tgz ./cohort.csv ./models ./jobs ./surfaces ./meshes ./srnfd-study.json)
 study=$SCRATCH/packed.zip
 for token in "$ADA" "$BOB"; do
     auth="Authorization: Bearer $token"
@@ -256,7 +258,7 @@ for token in "$ADA" "$BOB"; do
     is "$STATUS $(json '.refused[0].code')" '422 no-such-surface' 'no model without its mean, which others may have'
     post /v1/imports --data-binary "@$study" --header 'Content-Type: application/zip' --header "$auth"
     is "$STATUS $(json .restored.jobs)" '201 4' 'an owner restores the study'
-    study=$SCRATCH/study.zip
+    study=$SCRATCH/folder.zip
     get '/v1/jobs?limit=200' --header "$auth"
     is "$(json '[.jobs[] | .message] | unique | join(", ")') $(json .total)" 'restored from an archive 4' 'and has its jobs'
     get '/v1/jobs?tag=final' --header "$auth"
@@ -271,6 +273,15 @@ for token in "$ADA" "$BOB"; do
     is "$STATUS" 200 'and are named in the records of what they made'
 done
 is "$(comm -12 "$SCRATCH/ids.$ADA" "$SCRATCH/ids.$BOB")" '' 'each owner has jobs of its own'
+auth="Authorization: Bearer $(token eve)"
+post /v1/imports --data-binary "@$SCRATCH/dot.tgz" --header 'Content-Type: application/gzip' --header "$auth"
+is "$STATUS $(json .restored.jobs)" '201 4' 'a tar is a study wherever its manifest stands'
+(cd "$SCRATCH" && cp "$ROOT/$AAL/L_thalamus.ply" . && zip -q stray.zip open/srnfd-study.json L_thalamus.ply)
+post '/v1/imports?partial=true' --data-binary "@$SCRATCH/stray.zip" --header 'Content-Type: application/zip' --header "$auth"
+is "$STATUS $(json '[(.meshes | length), .refused[0].file] | tojson')" '201 [1,"open/srnfd-study.json"]' \
+    'and one in a folder makes none of what lies beside the folder'
+request POST /v1/imports --header "$auth" -F "f=@$SCRATCH/L_thalamus.ply" -F "g=@$SCRATCH/study.zip"
+is_problem 422 unparsable-archive 'nor does an export that comes after others'
 
 for pid in "$FOURTH" "$FIRST" "$SECOND" "$THIRD"; do
     if stop_server "$pid"; then
