@@ -157,7 +157,7 @@ json_t *job_record(const struct store_job *job, const char *cache);
 
 struct process_table; /* toolkit/table.h */
 
-#define API_WHY_MAX 160 /* bytes of why a model cannot be used */
+#define API_WHY_MAX 160 /* bytes of why a model or results cannot be used */
 struct api_process {
     const char *id, *title, *description;
     /* Of an analysis: what was done, as sentences for a paper, without the last full stop. Words in
@@ -171,6 +171,9 @@ struct api_process {
     /* Of a process whose results have a form as a table too: answers with the results of a
        successful job in this form (tables.h). Otherwise NULL. */
     void (*respond_table)(struct api_call *call, const struct store_job *job, int form);
+    /* Of such a process: whether results that were made elsewhere have what its table needs; why:
+       where they have not, a sentence's end. */
+    bool (*table_fits)(const json_t *results, char why[API_WHY_MAX]);
     bool condensed; /* and that as .npy has a condensed form, which `condensed` asks for */
     /* Of a process that reads more of a model than its numbers: whether one that was made
        elsewhere, with all its arrays, has what the process needs, where it is of the kind that the

@@ -118,8 +118,16 @@ bool import_take_study(struct import *import, struct import_given *given);
    they are empty. labels_clear must follow. */
 void import_read_labels(const json_t *record, bool with_name, struct labels *labels,
                         struct problem_list *list);
-/* Takes a surface, a model or a job of an export (imports_restore.c). False where it is not what
-   its record in the manifest says; otherwise *status is that of the store. */
+/* A whole number of a record, within bounds; false: it is none. A text of a record, free; NULL: it
+   is none, or there is no memory. */
+bool import_whole(const json_t *record, const char *name, int64_t least, int64_t most,
+                  int64_t *value);
+char *import_text(const json_t *record, const char *name);
+/* Whether the bytes have the digest of the manifest, which finds damage and edits but no forger;
+   archives of older versions have none. */
+bool import_unchanged(const json_t *record, const void *bytes, size_t size);
+/* Takes a surface or a model (imports_restore.c) or a job (imports_jobs.c) of an export. False
+   where it is not what its record in the manifest says; otherwise *status is that of the store. */
 bool import_restore_surface(struct import *import, const json_t *record, const char *id,
                             const struct import_given *given, int *status);
 bool import_restore_model(struct import *import, const json_t *record, const char *id,

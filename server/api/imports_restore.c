@@ -1,10 +1,9 @@
 /*
- * imports_restore.c - surfaces, models and jobs of an export, each held against its record in the
+ * imports_restore.c - surfaces and models of an export, each held against its record in the
  * manifest.
  *
  * Nothing in it is believed that can be computed: surfaces and models must have the id that follows
- * from their content, so that nobody can put other content under an id. Results of jobs cannot be
- * checked without computing them again: they become answers for their owner alone.
+ * from their content, so that nobody can put other content under an id.
  */
 #include "api/imports.h"
 
@@ -16,16 +15,13 @@
 #include "api/archive.h"
 #include "api/auth.h"
 #include "api/json_memory.h"
-#include "api/labels.h"
 #include "api/model_parts.h"
 #include "api/npy.h"
 #include "api/study.h"
 #include "api/surfaces.h"
-#include "jobs/submit.h"
 #include "store/batch.h"
 #include "store/digest.h"
 #include "store/holdings.h"
-#include "store/job.h"
 #include "store/model.h"
 #include "store/surface.h"
 
@@ -86,7 +82,7 @@ static void read_npz(const struct import_given *given, const struct wanted *want
     archive_close(reader);
 }
 
-static bool whole(const json_t *record, const char *name, int64_t least, int64_t most,
+bool import_whole(const json_t *record, const char *name, int64_t least, int64_t most,
                   int64_t *value)
 {
     const json_t *number = json_object_get(record, name);
@@ -95,16 +91,14 @@ static bool whole(const json_t *record, const char *name, int64_t least, int64_t
     return json_is_integer(number) && *value >= least && *value <= most;
 }
 
-static char *text_of(const json_t *record, const char *name)
+char *import_text(const json_t *record, const char *name)
 {
     const char *text = json_string_value(json_object_get(record, name));
 
     return text ? strdup(text) : NULL;
 }
 
-/* Whether the bytes have the digest of the manifest, which finds damage and edits but no forger;
-   archives of older versions have none. */
-static bool is_unchanged(const json_t *record, const void *bytes, size_t size)
+bool import_unchanged(const json_t *record, const void *bytes, size_t size)
 {
     const json_t *wanted = json_object_get(record, "sha256");
     char digest[65];
@@ -144,8 +138,9 @@ static bool read_maps(const json_t *record, struct store_surface *surface)
         }
         (void)snprintf(surface->maps.names[i], STORE_MAP_NAME_MAX, "%s", name);
     }
-    return n <= STORE_MAPS_MAX && whole(record, "nTheta", 1, DEGREE_MAX, &surface->maps.n_theta) &&
-           whole(record, "nPhi", 1, 2 * DEGREE_MAX, &surface->maps.n_phi);
+    return n <= STORE_MAPS_MAX &&
+           import_whole(record, "nTheta", 1, DEGREE_MAX, &surface->maps.n_theta) &&
+           import_whole(record, "nPhi", 1, 2 * DEGREE_MAX, &surface->maps.n_phi);
 }
 
 /* Whether all is there, and the id is that of content and place, or of the content as ids were in
@@ -169,11 +164,11 @@ bool import_restore_surface(struct import *import, const json_t *record, const c
                             const struct import_given *given, int *status)
 {
     struct store_surface surface = {.owner = call_owner(import->call),
-                                    .name = text_of(record, "name"),
-                                    .record = text_of(record, "record")};
-    bool good = whole(record, "lmax", 0, DEGREE_MAX, &surface.lmax) &&
+                                    .name = import_text(record, "name"),
+                                    .record = import_text(record, "record")};
+    bool good = import_whole(record, "lmax", 0, DEGREE_MAX, &surface.lmax) &&
                 read_maps(record, &surface) && surface.record &&
-                is_unchanged(record, surface.record, strlen(surface.record));
+                import_unchanged(record, surface.record, strlen(surface.record));
 
     import->edited = !good;
     if (good) {
@@ -300,14 +295,14 @@ bool import_restore_model(struct import *import, const json_t *record, const cha
                           const struct import_given *given, int *status)
 {
     struct store_model model = {.owner = call_owner(import->call),
-                                .record = text_of(record, "record")};
+                                .record = import_text(record, "record")};
     const char *mean = json_string_value(json_object_get(record, "mean"));
     bool good = mean && strlen(mean) < sizeof model.mean && model.record &&
-                whole(record, "lmax", 0, DEGREE_MAX, &model.lmax) &&
-                whole(record, "nTheta", 1, ROWS_MAX, &model.n_theta) &&
-                whole(record, "nPhi", 1, 2 * DEGREE_MAX, &model.n_phi) &&
-                whole(record, "subjects", 1, 100000, &model.subjects) &&
-                whole(record, "components", 1, 100000, &model.components);
+                import_whole(record, "lmax", 0, DEGREE_MAX, &model.lmax) &&
+                import_whole(record, "nTheta", 1, ROWS_MAX, &model.n_theta) &&
+                import_whole(record, "nPhi", 1, 2 * DEGREE_MAX, &model.n_phi) &&
+                import_whole(record, "subjects", 1, 100000, &model.subjects) &&
+                import_whole(record, "components", 1, 100000, &model.components);
     struct wanted wanted[STORE_MODEL_ARRAYS];
     char *identity = good ? identity_of(model.record) : NULL;
     struct compute_joint joint;
@@ -341,68 +336,5 @@ bool import_restore_model(struct import *import, const json_t *record, const cha
         store_model_clear(&model);
     }
     free(identity);
-    return good;
-}
-
-/* ---- Jobs ------------------------------------------------------------------------------------ */
-
-static bool is_job_id(const char *id)
-{
-    return strncmp(id, "job-", 4) == 0 && strlen(id) == 40 &&
-           strspn(id + 4, "0123456789abcdef-") == 36;
-}
-
-/* Whether process, numeric build and inputs have the digest of the manifest. */
-static bool is_asked_unchanged(const json_t *record, const struct store_job *job)
-{
-    const json_t *wanted = json_object_get(record, "askedSha256");
-    char digest[65];
-
-    study_job_digest(digest, job->process, job->numeric_build, job->inputs);
-    return !wanted || (json_is_string(wanted) && strcmp(json_string_value(wanted), digest) == 0);
-}
-
-bool import_restore_job(struct import *import, const json_t *record, const char *id,
-                        const struct import_given *given, int *status)
-{
-    const struct store_owner owner = call_owner(import->call);
-    struct store_job job = {.process = text_of(record, "process"),
-                            .inputs = text_of(record, "inputs"),
-                            .numeric_build = text_of(record, "numericBuild")};
-    json_t *results = json_loadb((const char *)given->bytes, given->size, 0, NULL);
-    struct problem_list list = {.errors = NULL};
-    struct labels labels;
-    bool good, lacking;
-
-    import_read_labels(record, true, &labels, &list);
-    job.name = labels.change.name ? strdup(labels.change.name) : NULL;
-    job.tags = labels.change.tags ? strdup(labels.change.tags) : NULL;
-    lacking = (labels.change.name && !job.name) || (labels.change.tags && !job.tags);
-    good = !list.errors && is_job_id(id) && job.process && job.inputs && job.numeric_build &&
-           is_asked_unchanged(record, &job) &&
-           api_process_find(import->call->api, job.process) != NULL &&
-           whole(record, "createdMs", 1, INT64_MAX / 2, &job.created_ms) &&
-           whole(record, "startedMs", 0, INT64_MAX / 2, &job.started_ms) &&
-           whole(record, "finishedMs", 1, INT64_MAX / 2, &job.finished_ms);
-    import->edited = !good;
-    good = good && json_is_object(results) && is_unchanged(record, given->bytes, given->size);
-
-    json_decref(results);
-    json_decref(list.errors);
-    labels_clear(&labels);
-    if (good) {
-        (void)snprintf(job.id, sizeof job.id, "%s", id);
-        (void)snprintf(job.owner, sizeof job.owner, "%s", owner.name ? owner.name : "");
-        *status = jobs_digest(job.process, job.inputs, job.numeric_build, job.owner, job.digest);
-        if (lacking) {
-            *status = STORE_NOMEM;
-        }
-        if (*status == STORE_OK && !json_object_get(import->seen, job.digest)) {
-            (void)json_object_set_new(import->seen, job.digest, json_true());
-            *status = store_batch_add_job(import->batch, &job, (const char *)given->bytes,
-                                          given->size, owner.bytes_max);
-        }
-    }
-    store_job_clear(&job);
     return good;
 }

@@ -3,7 +3,7 @@
  * cache.
  *
  * The manifest is taken first and says what each file is. Meshes and volumes are read as uploads are;
- * the others by imports_restore.c.
+ * the others by imports_restore.c and imports_jobs.c.
  */
 #include "api/imports.h"
 
@@ -124,8 +124,8 @@ static void refuse_changed(struct import *import, const char *path, const char *
     if (import->lacking) {
         import_refuse(import, path, "no-such-surface", IMPORT_LACKING);
     } else if (import->why[0]) {
-        import_refuse(import, STUDY_MANIFEST, "not-as-described", IMPORT_UNUSABLE, id, path,
-                      import->why);
+        import_refuse(import, import->edited ? STUDY_MANIFEST : path, "not-as-described",
+                      IMPORT_UNUSABLE, id, path, import->why);
     } else if (import->edited) {
         import_refuse(import, STUDY_MANIFEST, "not-as-described", IMPORT_EDITED, id, path);
     } else {

@@ -154,9 +154,41 @@ void table_respond_npy(struct api_call *call, const double *values, size_t n_dim
     respond_bytes(call, 200, NPY_CONTENT_TYPE, bytes, size);
 }
 
+bool table_rows_fit(const json_t *results, const char *member, size_t n, size_t k,
+                    char why[API_WHY_MAX])
+{
+    const json_t *rows = json_object_get(results, member), *row, *value;
+    size_t i, j;
+
+    if (!json_is_array(rows) || json_array_size(rows) != n) {
+        (void)snprintf(why, API_WHY_MAX, "%.40s has %zu rows for %zu labels", member,
+                       json_array_size(rows), n);
+        return false;
+    }
+    json_array_foreach(rows, i, row)
+    {
+        if (!json_is_array(row) || json_array_size(row) != k) {
+            (void)snprintf(why, API_WHY_MAX, "row %zu of %.40s has %zu numbers instead of %zu",
+                           i + 1, member, json_array_size(row), k);
+            return false;
+        }
+        json_array_foreach(row, j, value)
+        {
+            if (!json_is_number(value)) {
+                (void)snprintf(why, API_WHY_MAX, "%.40s has in row %zu, column %zu no number",
+                               member, i + 1, j + 1);
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
 json_t *table_results(struct api_call *call, const struct store_job *job, const char *suffix,
                       char name[TABLE_NAME_MAX])
 {
+    const struct api_process *process = api_process_find(call->api, job->process);
+    char why[API_WHY_MAX] = "this is no JSON";
     json_t *document;
     char *text = NULL;
     size_t size = 0;
@@ -168,8 +200,11 @@ json_t *table_results(struct api_call *call, const struct store_job *job, const 
     }
     document = json_loadb(text, size, 0, NULL);
     free(text);
-    if (!document) {
-        (void)problem_respond(call, "internal-error", "The stored results cannot be read.");
+    if (!document || (process && process->table_fits && !process->table_fits(document, why))) {
+        (void)problem_respond(call, "data-damaged",
+                              "The stored results are not what the process writes: %s.", why);
+        json_decref(document);
+        return NULL;
     }
     (void)snprintf(name, TABLE_NAME_MAX, "%s-%s", job->id, suffix);
     return document;

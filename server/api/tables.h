@@ -44,8 +44,11 @@ void table_respond_csv(struct api_call *call, struct table_text *text, const cha
 void table_respond_npy(struct api_call *call, const double *values, size_t n_dimensions,
                        const size_t *shape, const char *name);
 
-/* The results of a job as a document (new reference), and what a table of them is called; NULL: a
-   problem was answered. */
+/* Whether the member of the results has n rows of k numbers; why: as of table_fits (handler.h). */
+bool table_rows_fit(const json_t *results, const char *member, size_t n, size_t k,
+                    char why[API_WHY_MAX]);
+/* The results of a job as a document (new reference) that fits its process's table, and what a
+   table of them is called; NULL: a problem was answered. */
 struct store_job; /* store/job.h */
 json_t *table_results(struct api_call *call, const struct store_job *job, const char *suffix,
                       char name[TABLE_NAME_MAX]);

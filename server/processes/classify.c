@@ -364,4 +364,5 @@ const struct api_process classify_process = {
     .table = &table,
     .seconds = seconds,
     .respond_table = classify_respond_table,
+    .table_fits = classify_table_fits,
 };

@@ -103,5 +103,6 @@ json_t *classify_document(struct jobs_run *run, const struct classify *classify,
 
 /* The members of a finished job as CSV (classify_table.c). */
 void classify_respond_table(struct api_call *call, const struct store_job *job, int form);
+bool classify_table_fits(const json_t *results, char why[API_WHY_MAX]);
 
 #endif

@@ -81,6 +81,25 @@ static void write_all(FILE *out, json_t *document)
     }
 }
 
+bool classify_table_fits(const json_t *results, char why[API_WHY_MAX])
+{
+    json_t *found, *methods = json_object_get(results, "methods");
+    const char *method;
+
+    (void)snprintf(why, API_WHY_MAX, "it has no array of classes, or no object of methods");
+    if (!json_is_array(json_object_get(results, "classes")) || !json_is_object(methods)) {
+        return false;
+    }
+    json_object_foreach(methods, method, found)
+    {
+        if (!json_is_array(json_object_get(found, "perSubject"))) {
+            (void)snprintf(why, API_WHY_MAX, "method %.60s has no array perSubject", method);
+            return false;
+        }
+    }
+    return true;
+}
+
 void classify_respond_table(struct api_call *call, const struct store_job *job, int form)
 {
     char name[TABLE_NAME_MAX];

@@ -210,7 +210,15 @@ static json_t *run_distances(struct jobs_run *run, const void *typed, struct job
 
 /* ---- The matrix of a finished job ------------------------------------------------------------ */
 
-/* double[n][n], malloc; NULL where the document is not what document_of makes. */
+static bool table_fits(const json_t *results, char why[API_WHY_MAX])
+{
+    size_t n = json_array_size(json_object_get(results, "labels"));
+
+    (void)snprintf(why, API_WHY_MAX, "it has no labels");
+    return n > 0 && table_rows_fit(results, "matrix", n, n, why);
+}
+
+/* double[n][n], malloc; NULL: no memory. */
 static double *read_matrix(const json_t *document, size_t *n)
 {
     const json_t *rows = json_object_get(document, "matrix");
@@ -301,8 +309,8 @@ static void respond_table(struct api_call *call, const struct store_job *job, in
         return;
     }
     values = read_matrix(document, &n);
-    if (!values || json_array_size(json_object_get(document, "labels")) != n) {
-        (void)problem_respond(call, "internal-error", "The stored results cannot be read.");
+    if (!values) {
+        (void)problem_respond(call, "out-of-memory", "The table does not fit into memory now.");
         goto out;
     }
     if (condensed) {
@@ -336,5 +344,6 @@ const struct api_process distances_process = {
     .table = &table,
     .seconds = distances_seconds,
     .respond_table = respond_table,
+    .table_fits = table_fits,
     .condensed = true,
 };

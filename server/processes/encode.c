@@ -312,4 +312,5 @@ const struct api_process encode_process = {
     .table = &table,
     .seconds = encode_seconds,
     .respond_table = encode_respond_table,
+    .table_fits = encode_table_fits,
 };

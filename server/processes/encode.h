@@ -55,5 +55,6 @@ json_t *encode_rows_document(const struct encoding *encoding, json_t *rows,
                              struct jobs_result *result);
 /* The rows of a finished job as CSV. */
 void encode_respond_table(struct api_call *call, const struct store_job *job, int form);
+bool encode_table_fits(const json_t *results, char why[API_WHY_MAX]);
 
 #endif

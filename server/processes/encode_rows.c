@@ -94,6 +94,25 @@ static void write_row(FILE *out, const json_t *row)
     csv_end_line(out);
 }
 
+bool encode_table_fits(const json_t *results, char why[API_WHY_MAX])
+{
+    const json_t *row, *rows = json_object_get(results, "rows");
+    size_t i;
+
+    (void)snprintf(why, API_WHY_MAX, "rows is no array");
+    if (rows && !json_is_array(rows)) {
+        return false;
+    }
+    json_array_foreach(rows, i, row)
+    {
+        if (!json_is_object(row)) {
+            (void)snprintf(why, API_WHY_MAX, "row %zu of rows is no object", i + 1);
+            return false;
+        }
+    }
+    return true;
+}
+
 void encode_respond_table(struct api_call *call, const struct store_job *job, int form)
 {
     static const char *const head[] = {"member", "id",       "label",  "subject", "surface",

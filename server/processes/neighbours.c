@@ -162,6 +162,33 @@ static const json_t *cell(const json_t *document, const char *table, size_t i, s
     return json_array_get(json_array_get(json_object_get(document, table), i), m);
 }
 
+static bool table_fits(const json_t *results, char why[API_WHY_MAX])
+{
+    const json_t *row, *indices = json_object_get(results, "indices");
+    size_t n = json_array_size(json_object_get(results, "labels"));
+    size_t i, k = json_array_size(json_array_get(indices, 0));
+
+    (void)snprintf(why, API_WHY_MAX, n == 0 ? "it has no labels" : "it has no neighbours");
+    if (n == 0 || k == 0 || !table_rows_fit(results, "indices", n, k, why) ||
+        !table_rows_fit(results, "distances", n, k, why)) {
+        return false;
+    }
+    json_array_foreach(indices, i, row)
+    {
+        for (size_t m = 0; m < k; m++) {
+            const json_t *index = json_array_get(row, m);
+
+            if (!json_is_integer(index) || json_integer_value(index) < 0 ||
+                (size_t)json_integer_value(index) >= n) {
+                (void)snprintf(why, API_WHY_MAX, "row %zu of indices names none of %zu members",
+                               i + 1, n);
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
 /* A line for each member and neighbour. */
 static void respond_csv(struct api_call *call, const json_t *document, size_t n, size_t k,
                         const char *name)
@@ -200,7 +227,7 @@ static void respond_npy(struct api_call *call, const json_t *document, size_t n,
     double *values = calloc(n * k, sizeof *values);
 
     if (!values) {
-        (void)problem_respond(call, "internal-error", "There is no memory for the table.");
+        (void)problem_respond(call, "out-of-memory", "The table does not fit into memory now.");
         return;
     }
     for (size_t c = 0; c < n * k; c++) {
@@ -221,9 +248,7 @@ static void respond_table(struct api_call *call, const struct store_job *job, in
     }
     n = json_array_size(json_object_get(document, "labels"));
     k = json_array_size(json_array_get(json_object_get(document, "indices"), 0));
-    if (n == 0 || k == 0) {
-        (void)problem_respond(call, "internal-error", "The stored results cannot be read.");
-    } else if (form == TABLE_NPY) {
+    if (form == TABLE_NPY) {
         respond_npy(call, document, n, k, name);
     } else {
         respond_csv(call, document, n, k, name);
@@ -250,4 +275,5 @@ const struct api_process neighbours_process = {
     .seconds = neighbours_seconds,
     .guessed = true, /* the shapes decide how many pairs the bound rules out */
     .respond_table = respond_table,
+    .table_fits = table_fits,
 };

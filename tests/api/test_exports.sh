@@ -226,16 +226,56 @@ done
 
 # Results have a digest that anybody can write anew: what they hold proves nothing, and may not be what the service makes.
 file=$(jq -r '.jobs[] | select(.process == "distances").file' "$SCRATCH/open/srnfd-study.json")
-rm -rf "$SCRATCH/edit" "$SCRATCH/edit.zip"
-cp -r "$SCRATCH/open" "$SCRATCH/edit"
-jq -c '.labels |= map(null)' "$SCRATCH/open/$file" >"$SCRATCH/edit/$file"
-jq --arg digest "$(sha256sum "$SCRATCH/edit/$file" | cut -d ' ' -f 1)" '.jobs |= map(if .process == "distances" then .sha256 = $digest else . end)' \
-    "$SCRATCH/open/srnfd-study.json" >"$SCRATCH/edit/srnfd-study.json"
-(cd "$SCRATCH/edit" && zip -q -r ../edit.zip srnfd-study.json meshes surfaces models jobs)
-post /v1/imports --data-binary "@$SCRATCH/edit.zip" --header 'Content-Type: application/zip'
+JOB=$(jq -r '.jobs[] | select(.process == "distances").id' "$SCRATCH/open/srnfd-study.json")
+forged_results() { # PROGRAM: sends the study with distances that it changes
+    rm -rf "$SCRATCH/edit" "$SCRATCH/edit.zip"
+    cp -r "$SCRATCH/open" "$SCRATCH/edit"
+    jq -c "$1" "$SCRATCH/open/$file" >"$SCRATCH/edit/$file"
+    jq --arg digest "$(sha256sum "$SCRATCH/edit/$file" | cut -d ' ' -f 1)" \
+        '.jobs |= map(if .process == "distances" then .sha256 = $digest else . end)' \
+        "$SCRATCH/open/srnfd-study.json" >"$SCRATCH/edit/srnfd-study.json"
+    (cd "$SCRATCH/edit" && zip -q -r ../edit.zip srnfd-study.json meshes surfaces models jobs)
+    post /v1/imports --data-binary "@$SCRATCH/edit.zip" --header 'Content-Type: application/zip'
+}
+while IFS='@' read -r program why; do
+    forged_results "$program"
+    is "$STATUS $(json '.refused[0] | "\(.code) \(.file)"')" "422 not-as-described $file" "no table could be made of $program"
+    like "$(json '.refused[0].detail')" "cannot be used: $why\$" 'as is said'
+done <<'EDITS'
+.labels = []@it has no labels
+del(.labels)@it has no labels
+.labels |= .[1:]@matrix has 4 rows for 3 labels
+.matrix |= .[1:]@matrix has 3 rows for 4 labels
+.matrix = [[1],[1],[1],[1]]@row 1 of matrix has 1 numbers instead of 4
+.matrix[3][0] = "x"@matrix has in row 4, column 1 no number
+EDITS
+forged_results '.labels |= map(null)'
 like "$STATUS" '^20' 'results may have no labels'
-get "/v1/jobs/$(jq -r '.jobs[] | select(.process == "distances").id' "$SCRATCH/open/srnfd-study.json")/results?format=csv"
+get "/v1/jobs/$JOB/results?format=csv"
 is "$STATUS $(head -n 1 "$BODY" | tr -cd , | wc -c)" '200 6' 'and then have a table without'
+# Results that were kept before imports looked, whose bytes are whole.
+while IFS='@' read -r process format text why; do
+    python3 - "$SCRATCH/c/srnfd.db" "$JOB" "$process" "$text" <<'EOF'
+import hashlib, sqlite3, sys
+path, job, process, text = sys.argv[1:]
+digest = hashlib.sha256(text.encode()).hexdigest()
+store = sqlite3.connect(path, timeout=60)
+with store:
+    store.execute('INSERT OR IGNORE INTO blob VALUES (?, ?, ?)', (digest, len(text), text.encode()))
+    store.execute('UPDATE job SET process = ?, results = ? WHERE id = ?', (process, digest, job))
+store.close()
+EOF
+    get "/v1/jobs/$JOB/results?format=$format"
+    is_problem 500 data-damaged "$process that no table can be made of are damaged, $format"
+    like "$(json .detail)" ": $why\.$" 'and it is said how'
+done <<'RESULTS'
+distances@csv@{"labels":["a","b"],"matrix":[["x",1],[1,0]]}@matrix has in row 1, column 1 no number
+distances@npy@{"labels":["a","b"],"matrix":[[1,"x"],[1,0]]}@matrix has in row 1, column 2 no number
+neighbours@csv@{"labels":["a","b"],"indices":[[1],[2]],"distances":[[1],[1]]}@row 2 of indices names none of 2 members
+neighbours@npy@{"labels":["a","b"],"indices":[[1],[0]],"distances":[[1],[]]}@row 2 of distances has 0 numbers instead of 1
+encode@csv@{"rows":[{},5]}@row 2 of rows is no object
+classify@csv@{"classes":[],"methods":{"gaussian":{"perSubject":5}}}@method gaussian has no array perSubject
+RESULTS
 get /healthz
 is "$STATUS" 200 'and the service goes on'
 
