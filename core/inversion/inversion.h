@@ -14,6 +14,7 @@ struct normal_equations {
     double *memory;
     double *diagonal, *r, *work;        /* work: of conjugate gradients */
     const struct srnf_context *context; /* asked for cancellation now and then; may be NULL */
+    double enough;                      /* of b'x: see struct linear_problem */
     size_t iterations;                  /* of the last solve */
     double residual; /* what it left of b, relative, in the norm of the preconditioner */
 };
@@ -53,6 +54,8 @@ struct levenberg_options {
     size_t inner_cap;       /* conjugate-gradient products a step */
     double inner_tolerance; /* 0: max(1e-6, min(.1, sqrt(relative E))) */
     double decrease;        /* stop when an accepted step lowers E by less than this part */
+    double
+        goal; /* part of the tolerance at which the model's E is low enough; 0: lower is better */
 };
 SRNF_CHECKED int inversion_levenberg(struct inversion_run *run,
                                      const struct levenberg_options *options);

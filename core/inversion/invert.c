@@ -35,6 +35,8 @@
 #define LAMBDA_FINE 1e-8
 #define COARSE_STEPS 5
 #define COARSE_CAP 60
+#define ALONE_CAP 120 /* of Levenberg-Marquardt alone, while damped */
+#define ALONE_GOAL 0.5
 #define FINE_CAP 500
 #define NEIGHBOUR_CAP 60
 #define NEAR 1e-5 /* relative energy from which Levenberg-Marquardt needs no other start */
@@ -121,13 +123,21 @@ static int coarse_levenberg(struct inversion_run *run, size_t steps, size_t cap)
 
 /* ---- Methods --------------------------------------------------------------------------------- */
 
-/* Levenberg-Marquardt alone: damped at first, then with room for long inner solves. */
+/* Levenberg-Marquardt alone: damped at first, then with room for long inner solves; down to the
+   tolerance and no further. */
 static int method_gauss_newton(struct inversion_run *run)
 {
-    int status = coarse_levenberg(run, run->max_iterations, COARSE_CAP);
+    struct levenberg_options options = {.lambda = LAMBDA_COARSE,
+                                        .max_steps = run->max_iterations,
+                                        .inner_cap = ALONE_CAP,
+                                        .decrease = FINE_DECREASE,
+                                        .goal = ALONE_GOAL};
+    int status = inversion_levenberg(run, &options);
 
     if (status == SRNF_OK && !run_done(run)) {
-        status = fine_levenberg(run, LAMBDA_FINE);
+        options.lambda = LAMBDA_FINE;
+        options.inner_cap = FINE_CAP;
+        status = inversion_levenberg(run, &options);
     }
     return status;
 }

@@ -3,8 +3,9 @@
  *
  * Each step solves (J' W J + lambda D) d = -J' W (Q(f) - q), D = diag(1 + l (l + 1) / 4), by
  * conjugate gradients (normal_equations.c). The inner tolerance follows sqrt(E), which makes the
- * outer convergence superlinear where the residual vanishes. An accepted step divides lambda by 5,
- * a refused one multiplies it by 8.
+ * outer convergence superlinear where the residual vanishes; where a goal is set, they end as soon
+ * as the model's E is below it, which spares a last step most of its products. An accepted step
+ * divides lambda by 5, a refused one multiplies it by 8.
  *
  * A product costs one gradient transform and one adjoint; a step one transform and one adjoint
  * more.
@@ -58,6 +59,14 @@ static double inner_tolerance(const struct inversion_run *run,
     return tolerance > INNER_TOLERANCE_MIN ? tolerance : INNER_TOLERANCE_MIN;
 }
 
+/* What a step has to take off E at most, by the model; 0: all there is. */
+static double gain_enough(const struct inversion_run *run, const struct levenberg_options *options)
+{
+    double goal = options->goal * run->tolerance * run->system->q_norm2;
+
+    return options->goal > 0.0 ? fmax(0.0, run->energy - goal) : 0.0;
+}
+
 /* One step, solved anew with a larger lambda until it is accepted. Sets run->stopped and returns
    false to stop. */
 static bool advance(struct inversion_run *run, struct levenberg *work,
@@ -67,6 +76,7 @@ static bool advance(struct inversion_run *run, struct levenberg *work,
     size_t n = system->count;
 
     gauss_newton_gradient(system, work->gradient);
+    work->conjugate.enough = gain_enough(run, options);
     while (*steps < options->max_steps) {
         double energy;
 

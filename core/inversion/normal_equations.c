@@ -68,6 +68,7 @@ int normal_equations_solve(struct normal_equations *c, struct gauss_newton *syst
                                      .argument = &equations,
                                      .tolerance = tolerance,
                                      .cap = cap,
+                                     .enough = c->enough,
                                      .context = c->context};
     struct linear_figures figures;
     int status;

@@ -4,8 +4,8 @@
  * systems", J. Res. Nat. Bur. Standards 49 (1952).
  *
  * From x = 0 until the residual, in the norm of the preconditioner sqrt(r' P r), is `tolerance`
- * times what it was, or `cap` products are spent; a direction without curvature, which a singular A
- * can have, ends it with what there is. One product a step.
+ * times what it was, b'x is `enough`, or `cap` products are spent; a direction without curvature,
+ * which a singular A can have, ends it with what there is. One product a step.
  */
 #include "linear.h"
 
@@ -19,6 +19,8 @@ int linear_conjugate_gradients(const struct linear_problem *problem, double *r, 
     double *z = work;
     double *p = work + n;
     double *product = work + 2 * n;
+    const double enough = problem->enough > 0.0 ? problem->enough : INFINITY;
+    double gained = 0.0; /* b'x */
     double start;
     double rz;
     size_t k = 0;
@@ -27,7 +29,8 @@ int linear_conjugate_gradients(const struct linear_problem *problem, double *r, 
     problem->precondition(problem->argument, r, z);
     linear_copy(n, z, p);
     rz = start = linear_dot(n, r, z);
-    while (k < problem->cap && rz > problem->tolerance * problem->tolerance * start) {
+    while (k < problem->cap && gained < enough &&
+           rz > problem->tolerance * problem->tolerance * start) {
         double curvature;
         double next;
 
@@ -40,6 +43,7 @@ int linear_conjugate_gradients(const struct linear_problem *problem, double *r, 
         if (!(curvature > 0.0)) {
             break;
         }
+        gained += rz / curvature * rz;
         linear_axpy(n, rz / curvature, p, x);
         linear_axpy(n, -rz / curvature, product, r);
         problem->precondition(problem->argument, r, z);

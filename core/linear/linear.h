@@ -37,8 +37,10 @@ struct linear_problem {
     void (*product)(void *argument, const double *x, double *out);
     void (*precondition)(void *argument, const double *r, double *z);
     void *argument;
-    double tolerance;                   /* on the residual, relative to that of x = 0 */
-    size_t cap;                         /* on the products */
+    double tolerance; /* on the residual, relative to that of x = 0 */
+    size_t cap;       /* on the products */
+    double enough; /* of b'x, which x takes off |.|^2 in a least-squares problem: no more is wanted.
+                      0: as much as there is. Conjugate gradients alone */
     const struct srnf_context *context; /* asked for cancellation now and then; may be NULL */
 };
 
