@@ -11,6 +11,7 @@
  */
 #include "compute/compute.h"
 #include "api/lists.h"
+#include "api/model_intervals.h"
 #include "api/model_parts.h"
 #include "api/models.h"
 
@@ -139,6 +140,7 @@ static void set_spectrum(json_t *record, const struct store_model *model)
                               json_vector(eigenvalues, (size_t)model->components));
     (void)json_object_set_new(record, "explained", explained);
     (void)json_object_set_new(record, "cumulative", cumulative);
+    model_set_intervals(record, model);
 }
 
 /* [subjects][components], of as many components as SURFACE_JSON_NUMBERS_MAX numbers allow. */

@@ -58,7 +58,9 @@ static const struct process_output outputs[] = {
      "difference."},
     {"largestEffect", OUTPUT_NUMBER,
      "Largest value of effect on the map: how far the groups' mean surfaces are apart at a node, "
-     "in the coordinates of the mean surface as stored."},
+     "in the coordinates of the mean surface as stored. The largest of many lengths, to each of "
+     "which noise adds: larger than the largest true one, most so in small groups, and without an "
+     "interval. Read it as a figure of the map; distance says how far the groups are apart."},
     {"groups", OUTPUT_STRINGS, "The two labels; effects go from the first to the second."},
     {"permutations", OUTPUT_INTEGER,
      "Relabellings that the observed labels were compared with; 0: none."},
@@ -78,7 +80,9 @@ static const struct process_output outputs[] = {
      "On the nTheta x nPhi Gauss-Legendre grid, row by row. significance: permutation p of the "
      "local difference (Hotelling's T2 of the displacements), corrected for all points by the "
      "largest statistic; fdr: least false discovery rate, by area, at which the point is reported; "
-     "effect: length of the mean displacement, for surfaces of area 1."},
+     "effect: length of the mean displacement, for surfaces of area 1; pointwiseP: permutation p "
+     "of "
+     "the point alone, uncorrected."},
     {"surface", OUTPUT_OBJECT,
      "Record of the mean surface; its meshes carry significance, fdr, effect and normalEffect "
      "(outward positive), both for surfaces of area 1, pointwiseP and statistic at every vertex."},

@@ -13,7 +13,8 @@
 #include "toolkit/permutation_test.h"
 #include "toolkit/typicality.h"
 
-#define MAPS_TOLD 3 /* of the maps, in the document; all of them ride along in meshes */
+#define MAPS_TOLD 3     /* of the maps, in the document; all of them ride along in meshes */
+#define MAP_POINTWISE 4 /* is told as well */
 
 struct store_maps compare_groups_maps(const struct compute_mean_outputs *mean,
                                       const struct srnf_comparison *comparison)
@@ -69,6 +70,8 @@ static json_t *map_json(const struct store_maps *maps)
         (void)json_object_set_new(map, maps->names[i],
                                   json_vector(maps->values + i * points, points));
     }
+    (void)json_object_set_new(map, "pointwiseP",
+                              json_vector(maps->values + MAP_POINTWISE * points, points));
     return map;
 }
 

@@ -88,7 +88,10 @@ void paired_describe_sides(struct process_inputs *given);
         {"leastSignificanceIsFloor", OUTPUT_BOOLEAN, "As of pValue."},                             \
         {"leastSignificanceInterval", OUTPUT_NUMBERS_OR_NULLS, "As of pValue."},                   \
         {"leastFdr", OUTPUT_NUMBER, "Least value of fdr on the map."},                             \
-        {"largestEffect", OUTPUT_NUMBER, "Largest value of effect on the map."},                   \
+        {"largestEffect", OUTPUT_NUMBER,                                                           \
+         "Largest value of effect on the map: a maximum, larger than the true one, as noise adds " \
+         "to it; no estimate with an interval. The largest of normalEffect less confidence is a "  \
+         "lower bound of the true one, at 95 %."},                                                 \
         {"largestConfidence", OUTPUT_NUMBER, "Largest value of confidence on the map."},           \
         {"distance", OUTPUT_NUMBER, "Norm of the mean " difference ", in L2 of SRNFs."},           \
         {"distanceInterval", OUTPUT_NUMBERS_OR_NULLS, "As in compare-groups."},                    \
@@ -97,7 +100,9 @@ void paired_describe_sides(struct process_inputs *given);
          "surfaces, as those above."},                                                             \
         {"share", PAIRED_ESTIMATE,                                                                 \
          "{value, interval}: share of the mean in the squares of all differences, in L2 of "       \
-         "SRNFs."},                                                                                \
+         "SRNFs. The value is too large by what noise explains, which the interval is free of: "   \
+         "in "                                                                                     \
+         "small groups it lies near the upper end."},                                              \
         {"perSubject", PAIRED_SUBJECTS,                                                            \
          "[{subject, sizes (roots of areas, of both), length (root of the mean square of its "     \
          "displacement), deviation (of that from the mean of the other subjects), along (its "     \

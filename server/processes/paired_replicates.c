@@ -81,6 +81,11 @@ static json_t *test_json(size_t measurements, const struct srnf_asymmetry_test *
                   estimate_json(&found->fluctuating), "measured", estimate_json(&found->measured),
                   "repeatability", estimate_json(&found->repeatability));
 
+    (void)json_object_set_new(object, "individualInterval",
+                              json_vector(found->individual_interval, 2));
+    (void)json_object_set_new(object, "interactionInterval",
+                              json_vector(found->interaction_interval, 2));
+    (void)json_object_set_new(object, "errorInterval", json_vector(found->error_interval, 2));
     permutation_set_p(object, "pValue", found->p_value, &found->test);
     (void)json_object_set_new(object, "permutations",
                               json_integer((json_int_t)found->test.permutations));

@@ -55,15 +55,19 @@ static const struct process_output outputs[] = {
      "(of what the other "
      "terms leave), leastSignificance, leastFdr, map}]. A term is tested beside all terms that do "
      "not contain it, by residuals permuted under the model without it (Freedman and Lane 1983). "
-     "map: significance (corrected for all points by the largest statistic), fdr and statistic "
-     "(Hotelling and Lawley's trace) on the nTheta x nPhi Gauss-Legendre grid."},
+     "map: significance (corrected for all points by the largest statistic), fdr, pointwiseP (of "
+     "the "
+     "point alone, uncorrected) and statistic (Hotelling and Lawley's trace) on the nTheta x nPhi "
+     "Gauss-Legendre grid."},
     {"model", OUTPUT_OBJECT, "The same of all terms together."},
     {"pairwise", OUTPUT_OBJECTS,
      "[{term, levels, pValue, pValueInterval, correctedP (Holm, of the pairs of the term), r2, "
      "r2Interval, leastSignificance}] of categorical terms of 3 to 6 levels."},
     {"coefficients", OUTPUT_OBJECTS,
      "[{name, term, norm (of the field, in L2), normInterval (95 %, free of what noise adds to a "
-     "norm; [null, null]: too few subjects), largestEffect, surface, q}]: the mean surface "
+     "norm; [null, null]: too few subjects), largestEffect (a maximum, larger than the true one, "
+     "as noise adds to it: no "
+     "estimate with an interval), surface, q}]: the mean surface "
      "with the maps effect, normalEffect (outward positive) and standardError of the displacement "
      "that a unit of the column means, in the units of the input, and significance, fdr, "
      "pointwiseP and statistic of its term. The constant has no surface."},

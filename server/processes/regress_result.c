@@ -85,11 +85,12 @@ static json_t *test_json(const struct document *d, size_t t, bool with_map)
     set_share(object, "partialR2", &test->part);
     if (with_map) {
         (void)json_object_set_new(object, "map",
-                                  json_pack("{s:I, s:I, s:o, s:o, s:o}", "nTheta",
+                                  json_pack("{s:I, s:I, s:o, s:o, s:o, s:o}", "nTheta",
                                             (json_int_t)d->mean->outputs.n_theta, "nPhi",
                                             (json_int_t)d->mean->outputs.n_phi, "significance",
                                             json_vector(test->significance, points), "fdr",
-                                            json_vector(test->fdr, points), "statistic",
+                                            json_vector(test->fdr, points), "pointwiseP",
+                                            json_vector(test->p, points), "statistic",
                                             json_vector(test->statistic, points)));
     }
     return object;

@@ -246,23 +246,8 @@ bool report_is_replicates(const char *name, const json_t *value)
     return strcmp(name, "replicates") == 0 && json_is_number(json_object_get(value, "interaction"));
 }
 
-static void put_mean_square(FILE *out, const char *source, const json_t *square,
-                            const json_t *freedom)
+static void put_interval(FILE *out, const json_t *interval)
 {
-    (void)fprintf(out, "<tr><th scope=\"row\">%s</th><td>", source);
-    report_scalar(out, square);
-    (void)fputs("</td><td>", out);
-    report_scalar(out, freedom);
-    (void)fputs("</td></tr>", out);
-}
-
-static void put_estimate(FILE *out, const char *name, const json_t *estimate)
-{
-    const json_t *interval = json_object_get(estimate, "interval");
-
-    (void)fprintf(out, "<tr><th scope=\"row\">%s</th><td>", name);
-    report_scalar(out, json_object_get(estimate, "value"));
-    (void)fputs("</td><td>", out);
     if (json_is_null(json_array_get(interval, 0)) && json_is_null(json_array_get(interval, 1))) {
         (void)fputs("unknown", out);
     } else {
@@ -270,6 +255,29 @@ static void put_estimate(FILE *out, const char *name, const json_t *estimate)
         (void)fputs(" to ", out);
         report_scalar(out, json_array_get(interval, 1));
     }
+}
+
+/* interval: NULL where there is none. */
+static void put_mean_square(FILE *out, const char *source, const json_t *square,
+                            const json_t *interval, const json_t *freedom)
+{
+    (void)fprintf(out, "<tr><th scope=\"row\">%s</th><td>", source);
+    report_scalar(out, square);
+    (void)fputs("</td><td>", out);
+    if (interval) {
+        put_interval(out, interval);
+    }
+    (void)fputs("</td><td>", out);
+    report_scalar(out, freedom);
+    (void)fputs("</td></tr>", out);
+}
+
+static void put_estimate(FILE *out, const char *name, const json_t *estimate)
+{
+    (void)fprintf(out, "<tr><th scope=\"row\">%s</th><td>", name);
+    report_scalar(out, json_object_get(estimate, "value"));
+    (void)fputs("</td><td>", out);
+    put_interval(out, json_object_get(estimate, "interval"));
     (void)fputs("</td></tr>", out);
 }
 
@@ -287,15 +295,17 @@ void report_replicates(FILE *out, const json_t *replicates, size_t subjects)
     (void)fputs(" measurements, by ", out);
     report_scalar(out, json_object_get(replicates, "permutations"));
     (void)fputs(" permutations of them within subjects.</p><table><thead><tr><th scope=\"col\">"
-                "source</th><th scope=\"col\">mean square</th><th scope=\"col\">degrees of "
+                "source</th><th scope=\"col\">mean square</th><th scope=\"col\">95 % "
+                "interval</th><th scope=\"col\">degrees of "
                 "freedom</th></tr></thead><tbody>",
                 out);
-    put_mean_square(out, "individual", json_object_get(replicates, "individual"), of_subjects);
-    put_mean_square(out, "side", json_object_get(replicates, "side"), of_sides);
+    put_mean_square(out, "individual", json_object_get(replicates, "individual"),
+                    json_object_get(replicates, "individualInterval"), of_subjects);
+    put_mean_square(out, "side", json_object_get(replicates, "side"), NULL, of_sides);
     put_mean_square(out, "individual by side", json_object_get(replicates, "interaction"),
-                    json_array_get(freedom, 0));
+                    json_object_get(replicates, "interactionInterval"), json_array_get(freedom, 0));
     put_mean_square(out, "error of measurement", json_object_get(replicates, "error"),
-                    json_array_get(freedom, 1));
+                    json_object_get(replicates, "errorInterval"), json_array_get(freedom, 1));
     (void)fputs("</tbody></table><table><thead><tr><th scope=\"col\">quantity</th>"
                 "<th scope=\"col\">value</th><th scope=\"col\">95 % interval</th></tr></thead>"
                 "<tbody>",

@@ -232,18 +232,20 @@ compare "$(json '.largestEffect - 0.0977 | fabs')" '<' 0.02 'but for what all ha
 cohort measured .apart
 run asymmetry measured
 compare "$(json .replicates.pValue)" '<=' 0.01 'or by more'
+is "$(json '.replicates | [.individual, .interaction, .error, .individualInterval, .interactionInterval, .errorInterval] |
+    [.[:3], .[3:]] | transpose | map(.[1][0] < .[0] and .[0] < .[1][1]) | all')" true 'with the intervals of mean squares'
 is "$(json '.replicates | [.f, .fluctuating, .measured, .repeatability] | map(.value >= .interval[0] and .value <= .interval[1]) | all')" \
     true 'within intervals'
 compare "$(json '.replicates | .f.value - .interaction / .error | fabs')" '<' 1e-9 'by their mean squares'
 json 'del(.replicates.relabellings) | [.replicates, .directional, .fluctuating, .perSubject] | tojson' >"$SCRATCH/measured.json"
-TABLE=$(jq -r '.replicates | "individual by side</th><td>\(.interaction)</td><td>5</td>|\(.f.value)|\(.f.interval[0])|\(.f.interval[1])|\(.repeatability.value)"' "$BODY")
+TABLE=$(jq -r '.replicates | "individual by side</th><td>\(.interaction)</td><td>\(.interactionInterval | join(" "))</td>|\(.f.value)|\(.f.interval[0])|\(.f.interval[1])|\(.repeatability.value)"' "$BODY")
 get '/v1/jobs?process=asymmetry'
 execute report "{\"jobs\":[\"$(json '.jobs[0].id')\"],\"resolution\":8}"
 REPORT=$(json .html)
 six() { printf '%.6g' "$1"; }
 IFS='|' read -r ROW F LOW HIGH SHARE <<<"$TABLE"
-SQUARE=${ROW#*<td>} SQUARE=${SQUARE%%</td>*}
-like "$REPORT" "individual by side</th><td>$(six "$SQUARE")</td><td>5</td>" 'a report has the analysis of variance'
+SQUARE=${ROW#*<td>} SQUARE=${SQUARE%%</td>*} ENDS=${ROW##*<td>} ENDS=${ENDS%%</td>*}
+like "$REPORT" "individual by side</th><td>$(six "$SQUARE")</td><td>$(six "${ENDS% *}") to $(six "${ENDS#* }")</td><td>5</td>" 'a report has the analysis of variance'
 like "$REPORT" "F, individual by side over error</th><td>$(six "$F")</td><td>$(six "$LOW") to $(six "$HIGH")</td>" 'with F and its interval'
 like "$REPORT" "repeatability</th><td>$(six "$SHARE")</td>" 'and the repeatability, as the API says'
 cohort measured '.apart | reverse'

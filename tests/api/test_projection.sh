@@ -165,6 +165,15 @@ group() { # FROM COUNT: ids of samples, for JSON
 run pca "{\"surfaces\":[$(group 0 40)],\"register\":false}"
 is "$STATUS $(codes)" '200 ' 'a model of forty samples'
 FORTY=$(json .model.id)
+# The samples are drawn from a model of three components, whose eigenvalues are what they were planted with.
+note "$(json '.model | [.eigenvalues, .eigenvalueIntervals, .explainedIntervals, .totalVarianceInterval] | map(.[:4]) | tojson')"
+is "$(json '.model | (.eigenvalueIntervals | length) == .components and (.explainedIntervals | length) == .components')" true \
+    'whose components have intervals'
+is "$(json '.model | [.eigenvalues, .eigenvalueIntervals] | transpose | map(select(.[1]) | .[1][0] <= .[0] and .[0] <= .[1][1]) | all')" \
+    true 'that hold their eigenvalues'
+is "$(jq -s '.[1].model.eigenvalueIntervals[0] as $i | .[0].model.eigenvalues[0] | $i[0] <= . and . <= $i[1]' "$SCRATCH/plain.json" "$BODY")" \
+    true 'and the first that of the model they were drawn from'
+is "$(json '.model | .totalVarianceInterval as $i | $i[0] < .totalVariance and .totalVariance < $i[1]')" true 'as the total has'
 for i in {40..69}; do
     run project "{\"model\":\"$FORTY\",\"surface\":\"${DRAWN[$i]}\"}"
     json '{warnings, typicality}'

@@ -79,6 +79,8 @@ compare "$(json .pValue)" '>=' 0.005 'p has the least that the permutations allo
 compare "$(json .pValue)" '<=' 1 'and is a probability'
 is "$(json '.distanceInterval[0] >= 0 and .distanceInterval[0] <= .distance and .distance <= .distanceInterval[1]')" true \
     'the distance lies in its interval'
+is "$(json '[.map.pointwiseP, .map.significance] | transpose | map(.[0] > 0 and .[0] <= .[1] + 1e-15) | length == 242 and all')" true \
+    'p of single points is not corrected'
 is "$(json '[.map.significance, .map.fdr, .map.effect | length == 242] | tojson')" '[true,true,true]' \
     'the map has a value at every node of the grid'
 is "$(json '[.map.significance, .map.fdr | .[] | . > 0 and . <= 1] | length > 0 and all')" true 'of probabilities'

@@ -56,7 +56,7 @@ is "$(json '[.terms[], .model | .r2 >= .r2Interval[0] and .r2 <= .r2Interval[1] 
     'shares of the variance lie in their intervals'
 is "$(json '[.residualVariance, .residualVarianceInterval, .variance, .varianceInterval, (.coefficients[] | .norm, .normInterval)]
     | [range(0; length; 2) as $k | .[$k + 1][0] < .[$k] and .[$k] <= .[$k + 1][1]] | all')" true 'as norms and variances do'
-is "$(json '[.terms[0].map.significance, .terms[0].map.fdr, .terms[0].map.statistic | length] | unique | length')" 1 \
+is "$(json '[.terms[0].map.significance, .terms[0].map.fdr, .terms[0].map.pointwiseP, .terms[0].map.statistic | length] | unique | length')" 1 \
     'each term has a map'
 is "$(json '[.pairwise[] | .levels | join(" ")] | join(",")')" 'A B,A C,B C' 'three levels are compared pair by pair'
 is "$(json '[.pairwise[] | .correctedP >= .pValue] | all')" true 'with corrected p'

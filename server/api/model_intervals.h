@@ -1,0 +1,15 @@
+/*
+ * model_intervals.h - how far the variances of a model are known, as members of its record.
+ */
+#ifndef SRNFD_API_MODEL_INTERVALS_H
+#define SRNFD_API_MODEL_INTERVALS_H
+
+#include "api/handler.h"
+
+struct store_model; /* store/model.h */
+
+/* eigenvalueIntervals, explainedIntervals and totalVarianceInterval, from the arrays of eigenvalues
+   and scores, and from totalVariance and madeFrom, which record has. */
+void model_set_intervals(json_t *record, const struct store_model *model);
+
+#endif
