@@ -17,7 +17,7 @@ import { came, link } from './router';
 import { Downloads, PictureButtons, View, linked, surfacePath, useShape } from './shape';
 import { moved } from './stage';
 import { mayChange, useValue } from './state';
-import { FORMATS, ProblemBox, csv, figure, save } from './ui';
+import { FORMATS, ProblemBox, csv, errorOf, figure, save } from './ui';
 
 /** Positions at each keyframe, and how far off each is: the nearest shape against the point asked for. */
 interface Frames { positions: Float32Array[]; offsets: number[] }
@@ -197,7 +197,7 @@ function Modes({ model }: { model: api.Model }) {
                 ) : <div class="no-report">
                     {Array.from({ length: shown }, (_, i) => i + 1).map((mode) => (
                         <div class="field" key={mode}>
-                            <label for={`mode-${mode}`}>{t`Component ${mode}`} <span class="quiet">{t`${Math.round(100 * (model.explained[mode - 1] ?? 0))} % of the variance, now ${figure(at[mode] ?? 0)} sd${loading === mode ? t`, loading…` : ''}`}</span></label>
+                            <label for={`mode-${mode}`}>{t`Component ${mode}`} <span class="quiet">{t`${Math.round(100 * (model.explained[mode - 1] ?? 0))} %${errorOf(model.explainedIntervals?.[mode - 1]?.map((v: number) => Math.round(100 * v)))} of the variance, now ${figure(at[mode] ?? 0)} sd${loading === mode ? t`, loading…` : ''}`}</span></label>
                             <div class="row">
                                 <div class="grow track">
                                     <input id={`mode-${mode}`} type="range" min={-3} max={3} step={0.05} value={at[mode] ?? 0}

@@ -1419,6 +1419,9 @@ export interface components {
             mean: components["schemas"]["Surface"];
             eigenvalues: number[];
             explained: (number | null)[];
+            eigenvalueIntervals?: (number[] | null)[];
+            explainedIntervals?: (number[] | null)[];
+            totalVarianceInterval?: number[] | null;
             cumulative: (number | null)[];
             scores: number[][];
             labels: string[];

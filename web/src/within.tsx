@@ -38,7 +38,7 @@ function Replicates({ of, subjects }: { of: Record<string, any>; subjects: numbe
                 <Amounts title={t`Fluctuating asymmetry and error of measurement`} name="replicates" unit="L2 of SRNFs" rows={[[t`without error`, of.fluctuating], [t`one measurement`, of.measured]]
                     .filter(([, e]) => typeof e.value === 'number').map(([name, e]) => ({ name, value: e.value, low: e.interval[0] ?? e.value, high: e.interval[1] ?? e.value }))} />
                 <div>
-                    <DataTable rows={[[t`source`, t`mean square`, t`degrees of freedom`], [t`individual`, of.individual, subjects - 1], [t`side`, of.side, 1], [t`individual by side`, of.interaction, between], [t`error of measurement`, of.error, within]]} />
+                    <DataTable rows={[[t`source`, t`mean square`, t`degrees of freedom`], [t`individual`, spread(of.individual, of.individualInterval), subjects - 1], [t`side`, of.side, 1], [t`individual by side`, spread(of.interaction, of.interactionInterval), between], [t`error of measurement`, spread(of.error, of.errorInterval), within]]} />
                     <p class="quiet">{t`Of ${plural(of.measurements, 'measurement')}. All else on this page is of the means of the measurements of a side.`}</p>
                 </div>
             </div>
