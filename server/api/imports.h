@@ -21,7 +21,8 @@ struct store_batch; /* store/batch.h */
 #define IMPORT_LABELS_SHOWN 100
 #define IMPORT_PREPARED_MAX ((size_t)16 << 20) /* 100 meshes of 6,000 faces; others at first need */
 
-#define IMPORT_CHANGED "it is not what " STUDY_MANIFEST " says of it: its content was changed"
+#define IMPORT_CHANGED \
+    "it is not what " STUDY_MANIFEST " says of it: its content was changed, or what is said of it"
 #define IMPORT_LACKING \
     "it stands on surfaces that did not come with it and are not yours: send them with it"
 #define IMPORT_UNUSABLE "%.60s (%.200s) cannot be used: %s"

@@ -24,9 +24,13 @@ void import_respond_refused(struct import *import)
     length -= length > 0 && detail[length - 1] == '.'; /* the detail of a problem is a sentence */
     (void)snprintf(text, sizeof text,
                    "%zu of what came %s refused, and nothing was kept. The first, %.150s: %.*s. "
-                   "Correct %s%s.",
+                   "%s %s%s.",
                    import->n_refused, one ? "was" : "were", file ? file : "",
-                   length < 250 ? (int)length : 250, detail ? detail : "", one ? "it" : "them",
+                   length < 250 ? (int)length : 250, detail ? detail : "",
+                   import->manifest ? "Export" : "Correct",
+                   import->manifest ? "the study again"
+                   : one            ? "it"
+                                    : "them",
                    import->partial ? "" : ", or send ?partial=true to keep the rest");
     (void)problem_respond_with(import->call, "import-refused", text, "refused",
                                json_incref(import->refused));

@@ -180,6 +180,12 @@ edited '.surfaces[0].record |= sub("\"mirrored\":false"; "\"mirrored\":true") | 
 is "$STATUS $(json '.refused[0] | "\(.code) \(.file)"')" '422 not-as-described srnfd-study.json' 'nor is a record that was edited'
 like "$(json '.refused[0].detail')" "^what it says of $(jq -r '.surfaces[0].id' "$SCRATCH/open/srnfd-study.json") .*was changed" \
     'which is what the refusal names, and not the numbers'
+edited '.models[0].nTheta += 1'
+is "$STATUS $(json '.refused[0] | "\(.code) \(.file)"')" "422 not-as-described $(jq -r '.models[0].file' "$SCRATCH/open/srnfd-study.json")" \
+    'nor a model of which something else is said'
+like "$(json '.refused[0].detail')" 'not what srnfd-study.json says of it: its content was changed, or what is said of it' \
+    'of which either may have been changed'
+like "$(json .detail)" 'Export the study again, or send' 'which is mended by the export alone'
 edited '.jobs[0].sha256 |= ascii_upcase'
 is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor are results of another digest'
 edited '.jobs[0].inputs |= sub("{"; "{ ")'
