@@ -28,8 +28,11 @@ static bool set_labels(struct process_inputs *given, size_t n)
             const json_t *subject = json_array_get(json_object_get(cohort, "subjects"), i);
 
             problem_add(given->list, "/inputs/cohort",
-                        json_is_string(label) ? "subject \"%.60s\" has members of different labels"
-                                              : "subject \"%.60s\" has a member without a label",
+                        json_is_string(label)
+                            ? "subject \"%.60s\" has members of different labels: give all its "
+                              "parts one, or others of them another subject"
+                            : "subject \"%.60s\" has a member without a label: give all its parts "
+                              "the same",
                         json_string_value(subject));
             json_decref(own);
             return false;
@@ -92,8 +95,9 @@ static json_t *gather(struct process_inputs *given, const json_t *names, size_t 
             good = agree(value, before);
             if (!good) {
                 problem_add(given->list, "/inputs/covariates",
-                            "\"%.60s\" differs between the members of subject \"%.60s\"", name,
-                            subject);
+                            "\"%.60s\" differs between the members of subject \"%.60s\", which are "
+                            "parts of one: give all the same, or only one of them",
+                            name, subject);
             }
         }
         if (known) {

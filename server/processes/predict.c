@@ -51,9 +51,15 @@ static void read_priors(struct process_inputs *given, const struct process_input
         sum += prior;
         (void)json_object_set_new(canonical, name, json_real(prior));
     }
-    if (!json_is_object(value) || !(fabs(sum - 1.0) <= PRIORS_SUM)) {
+    if (!json_is_object(value)) {
         problem_add(given->list, "/inputs/priors",
                     "must be null or an object with a number for each class, with the sum 1");
+        json_decref(canonical);
+        return;
+    }
+    if (!(fabs(sum - 1.0) <= PRIORS_SUM)) {
+        problem_add(given->list, "/inputs/priors",
+                    "must have the sum 1, and have %.10g: divide each by that", sum);
         json_decref(canonical);
         return;
     }

@@ -184,7 +184,8 @@ static void set_labels(struct process_inputs *given, size_t n)
                 const json_t *subject = json_array_get(json_object_get(cohort, "subjects"), i);
 
                 problem_add(given->list, "/inputs/cohort",
-                            "subject \"%.60s\" has members of different labels",
+                            "subject \"%.60s\" has members of different labels: give all its "
+                            "parts one, or others of them another subject",
                             json_string_value(subject));
             }
             known = json_is_string(label) ? label : known;

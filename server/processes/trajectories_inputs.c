@@ -140,13 +140,19 @@ static bool check_members(struct process_inputs *given, const json_t *members)
 
         if (!json_is_string(json_object_get(member, "subject"))) {
             group_member_text(given, members, i, who);
-            problem_add(given->list, POINTER, "%s has no subject: slopes are those of subjects",
-                        who);
+            problem_add(
+                given->list, POINTER,
+                "%s has no subject, and slopes are those of subjects: name it in the cohort, or "
+                "take a cohort without this member",
+                who);
             return false;
         }
         if (!json_is_number(json_object_get(member, "time"))) {
             group_member_text(given, members, i, who);
-            problem_add(given->list, POINTER, "%s has no time, or one that is no number", who);
+            problem_add(given->list, POINTER,
+                        "%s has no time, or one that is no number: give it one in the cohort, in "
+                        "the same unit as the others, or take a cohort without this member",
+                        who);
             return false;
         }
     }

@@ -132,7 +132,7 @@ refused() { # FILTER PATTERN [MORE]
 }
 refused 'del(.[3])' '/inputs/cohort subject "s1" has no member of part "second"'
 refused '.[3].covariates.part = "first"' '/inputs/cohort subject "s1" has two members of part "first"'
-refused '.[3].label = "low"' '/inputs/cohort subject "s1" has members of different labels'
+refused '.[3].label = "low"' '/inputs/cohort subject "s1" has members of different labels: give all its parts one'
 refused 'del(.[3].label)' '/inputs/cohort subject "s1" has a member without a label'
 refused '.[:8]' '/inputs/cohort has 2 subjects .2 members. with the label .low.; each label needs 3'
 refused '[.[] | .label = "low"]' '/inputs/cohort has one label only'
@@ -142,7 +142,7 @@ refused '[.[] | .covariates.days = 365 * .covariates.age]' '/inputs/covariates/1
     ',"covariates":["age","days"]'
 refused '[to_entries[] | .value + {covariates: (.value.covariates + {at: (.key / 2 | floor)} | .sum = .age + .at)}]' \
     '/inputs/covariates/2 "sum" follows from those before it together' ',"covariates":["age","at","sum"]'
-refused '.[3].covariates.age = 7' '/inputs/covariates "age" differs between the members of subject "s1"' ',"covariates":["age"]'
+refused '.[3].covariates.age = 7' '/inputs/covariates "age" differs between the members of subject "s1", which are parts of one: give all the same' ',"covariates":["age"]'
 refused '.[].covariates.age = true | .[3].covariates.age = false' '/inputs/covariates "age" differs between the members of subject "s1"' ',"covariates":["age"]'
 refused '.[6].covariates.age = "old" | .[7].covariates.age = "old"' '/inputs/covariates/0 "age" of subject "s3" is the text "old"' ',"covariates":["age"]'
 refused '.[6].covariates.age = null | .[7].covariates.age = null' '/inputs/covariates/0 subject "s3" has no covariate "age"; the cohort has .*one' ',"covariates":["age"]'

@@ -154,7 +154,7 @@ refused() { # COHORT-FILTER PATTERN MORE
 }
 refused 'del(.[1:3])' '422 /inputs/cohort subject "s0" has one visit, member 0; a slope needs two'
 refused '.[0:3] |= map(.time = 7)' 'all visits of subject "s0" are at one time, as member 0; a slope needs two'
-refused 'del(.[4].time)' 'member 4 .surf-[0-9a-f]*, of subject "s1". has no time, or one that is no number'
+refused 'del(.[4].time)' 'member 4 .surf-[0-9a-f]*, of subject "s1". has no time, or one that is no number: give it one in the cohort, in the same unit'
 refused 'del(.[4].subject)' 'member 4 .surf-.* has no subject'
 refused '.[0:12]' 'has 4 subjects; 5 are needed'
 refused 'map(if .subject == "s2" then .label = "rare" else . end)' '/inputs/formula level "rare" of "group" has one subject' \
