@@ -109,8 +109,8 @@ int srnf_covariates_check(size_t m, size_t n, const double *values, enum srnf_co
     return status;
 }
 
-/* Columns of subjects: the mean of covariate j less that of member 0, or the group where j is m, over the members of
-   each. Those of members that are not the first of their subject stay 0. */
+/* Columns of subjects: the mean of covariate j less that of member 0, or the group where j is m,
+   over the members of each. Those of members that are not the first of their subject stay 0. */
 static void fill_column(size_t n, size_t m, size_t j, const size_t *subjects, const int *group,
                         const double *covariates, double *count, double *column)
 {

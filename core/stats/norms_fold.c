@@ -39,9 +39,7 @@ static bool open_column(struct norms_fold *fold, const struct norms *norms, size
         return false;
     }
     for (size_t i = 0; i < fold->n; i++) {
-        v[i] = !fold->inside[i] ? 0.0
-               : k == 0         ? 1.0
-                                : norms_row(norms, i)[k - 1] - fold->shift[k];
+        v[i] = !fold->inside[i] ? 0.0 : k == 0 ? 1.0 : norms_row(norms, i)[k - 1] - fold->shift[k];
     }
     return true;
 }

@@ -1,6 +1,6 @@
 /*
- * design_cells.c - columns that cannot be fitted: those that say nothing beside the others, as where
- * no member has two levels together, and those whose numbers are out of proportion.
+ * design_cells.c - columns that cannot be fitted: those that say nothing beside the others, as
+ * where no member has two levels together, and those whose numbers are out of proportion.
  */
 #include <math.h>
 #include <stdio.h>
@@ -11,7 +11,7 @@
 
 #define CELL_TEXT 400
 
-/* ---- Levels that no member has together -------------------------------------------------------- */
+/* ---- Levels that no member has together ------------------------------------------------------ */
 
 static bool is_of_cell(const struct design_build *build, size_t term, size_t f)
 {
@@ -91,7 +91,7 @@ bool design_refuse_cell(const struct design_build *build, size_t term)
     return false;
 }
 
-/* ---- Single columns ---------------------------------------------------------------------------- */
+/* ---- Single columns -------------------------------------------------------------------------- */
 
 void design_refuse_column(const struct design_build *build, const char *name,
                           enum srnf_covariate verdict, const double *values, size_t subjects)

@@ -42,8 +42,8 @@ bool design_refuse_cell(const struct design_build *build, size_t term);
 /* Notes why a column says nothing. values: [subjects] */
 void design_refuse_column(const struct design_build *build, const char *name,
                           enum srnf_covariate verdict, const double *values, size_t subjects);
-/* Whether a column has the name of the constant, or numbers that no coefficient fits, with a problem
-   noted. values: [subjects] */
+/* Whether a column has the name of the constant, or numbers that no coefficient fits, with a
+   problem noted. values: [subjects] */
 bool design_refuse_numbers(const struct design_build *build, const char *name, const double *values,
                            size_t subjects);
 

@@ -81,8 +81,8 @@ void formula_learn(const struct formula_factor *factor, size_t n, double *values
 /* What the functions make of one more number, with the state of the members. */
 double formula_apply(const struct formula_factor *factor, const struct formula_state *state,
                      double value);
-/* Why the functions make no number of a value: "scale(x) is -2 there, and log takes numbers above 0".
-   Text is "" where they do. */
+/* Why the functions make no number of a value: "scale(x) is -2 there, and log takes numbers above
+   0". Text is "" where they do. */
 #define FORMULA_WHY_MAX 400
 void formula_why(const struct formula_factor *factor, const struct formula_state *state,
                  double value, char text[FORMULA_WHY_MAX]);
