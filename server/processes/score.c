@@ -74,7 +74,10 @@ static const struct process_output outputs[] = {
      "and for residual, mahalanobis and overall {percentiles, distance, pValue}, Kolmogorov's "
      "distance from uniform ones and its p. Null where it was not asked for, there are fewer than "
      "10 subjects or more than 150, or the model keeps a part of its components."},
-    {"typicality", OUTPUT_OBJECT_OR_NULL, "As in project; null with a formula."},
+    {"typicality", OUTPUT_OBJECT_OR_NULL,
+     "As in project; null with a formula. Its percentiles are shares of the subjects as models of "
+     "the others, without the surface, measure them. Those of ranks are of models that hold the "
+     "surface, which counts as one of them: with few subjects they differ."},
     {"trainingSubject", OUTPUT_BOOLEAN,
      "Whether the surface is a member of the model: then its subject is left out."},
     {"at", OUTPUT_OBJECT_OR_NULL, "The covariates that the formula took; null without one."},
