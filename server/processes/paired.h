@@ -29,6 +29,9 @@ extern const struct input_own paired_time; /* a number or null; typed: nothing *
    an order that is theirs whatever the cohort's is, with first and second, their places. */
 void paired_describe_visits(struct process_inputs *given);
 void paired_describe_sides(struct process_inputs *given);
+/* paired_times.c: whether two subjects have members of the same two times. of: [members] numbers of
+   their subjects. */
+bool paired_share_times(const json_t *members, const size_t *of);
 
 #define PAIRED_COPIES 16 /* fields of each surface: those of the mean, and of pairs */
 

@@ -256,6 +256,19 @@ static bool begin(struct process_inputs *given, struct pairing *p, json_t **memb
 
 /* ---- Visits ---------------------------------------------------------------------------------- */
 
+static void refuse_times(const struct pairing *p, double lowest, double highest)
+{
+    bool share = paired_share_times(p->members, p->of);
+
+    problem_add(
+        p->given->list, POINTER, "has more than two times, from %g to %g: %s", lowest, highest,
+        share ? "say by from and to which two are compared, or ask trajectories, where each "
+                "subject has times of its own"
+              : "no two subjects have the same two, so that no two times can be compared. "
+                "Ask trajectories, where each subject has times of its own, or number the "
+                "visits (time 0 and 1)");
+}
+
 /* The two times that are compared; false with a problem noted. */
 static bool find_times(const struct pairing *p, double times[2])
 {
@@ -287,10 +300,7 @@ static bool find_times(const struct pairing *p, double times[2])
 
         times[k] = json_is_number(asked) ? json_number_value(asked) : times[k];
         if (others && !json_is_number(asked)) {
-            problem_add(p->given->list, POINTER,
-                        "has more than two times, from %g to %g: say by from and to which two are "
-                        "compared",
-                        lowest, highest);
+            refuse_times(p, lowest, highest);
             return false;
         }
     }

@@ -108,6 +108,8 @@ refused() { # PROCESS COHORT-FILTER PATTERN MORE
     like "$STATUS $(json '.errors[0] | "\(.pointer) \(.detail)"')" "$3" "refused by $1: $3"
 }
 refused change .visits '422 /inputs/cohort has more than two times, from 0 to 2: say by from and to'
+refused change '[.visits[] | select(.time < 2)] | [.[:6], [range(0; 6)]] | transpose | map(.[0] + {time: (if .[0].time == 0 then 0 else 1 + .[1] / 10 end)})' \
+    '422 /inputs/cohort has more than two times, from 0 to .*: no two subjects have the same two, .* Ask trajectories, where each subject has times of its own'
 refused change .visits 'no pair, "s0" first, which has no member of time 7' ',"from":0,"to":7'
 refused change '[.visits[] | select(.time < 1)]' 'has one time only, 0'
 refused change .visits '422 /inputs/to and from are both 1; two different times' ',"from":1,"to":1'
