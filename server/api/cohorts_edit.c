@@ -138,7 +138,8 @@ static const char *const change_names[] = {"id",     "label", "subject", "covari
 
 struct patch {
     const json_t *body;
-    json_t *remove, *change; /* by id */
+    json_t *remove, *change; /* by id: the place in the list, and what is changed */
+    json_t *places;          /* of the changes in their list */
     const char *name;
 };
 
@@ -159,6 +160,7 @@ static void read_changes(const json_t *changes, struct patch *patch, struct prob
         } else {
             cohort_check_names(one, change_names, pointer, list);
             (void)json_object_set(patch->change, id, one);
+            (void)json_object_set_new(patch->places, id, json_integer((json_int_t)i));
         }
     }
 }
@@ -223,21 +225,30 @@ static json_t *changed_member(const json_t *member, json_t *change, const char *
     return result;
 }
 
-/* What the patch names and no member has. */
-static void note_absent(const json_t *wanted, const json_t *seen, const char *what,
+/* The pointer to where the patch names the id; places: of ids in that list. */
+static void point_at(const char *list, const json_t *places, const char *id, char pointer[64])
+{
+    (void)snprintf(pointer, 64, "/%s/%" JSON_INTEGER_FORMAT, list,
+                   json_integer_value(json_object_get(places, id)));
+}
+
+/* What the list of the patch names and no member has. */
+static void note_absent(const json_t *places, const json_t *seen, const char *what,
                         struct problem_list *list)
 {
     union {
         const json_t *constant;
         json_t *object;
-    } of = {wanted};
+    } of = {places};
     json_t *value;
     const char *id;
+    char pointer[64];
 
     json_object_foreach(of.object, id, value)
     {
         if (!json_object_get(seen, id)) {
-            problem_add(list, what, "the cohort has no member %s", id);
+            point_at(what, places, id, pointer);
+            problem_add(list, pointer, "the cohort has no member %s", id);
         }
     }
 }
@@ -266,8 +277,10 @@ static bool edit_patch(struct api_call *call, const void *what, const struct sto
             (void)json_object_set_new(seen, id, json_true());
         }
         if (change) {
-            json_t *changed = changed_member(member, change, "/change", &list);
+            json_t *changed;
 
+            point_at("change", patch->places, id, pointer);
+            changed = changed_member(member, change, pointer, &list);
             json_decref(member);
             member = changed;
         }
@@ -284,15 +297,16 @@ static bool edit_patch(struct api_call *call, const void *what, const struct sto
         cohort_text_add(text, member);
         json_decref(member);
     }
-    note_absent(patch->remove, seen, "/remove", &list);
-    note_absent(patch->change, seen, "/change", &list);
+    note_absent(patch->remove, seen, "remove", &list);
+    note_absent(patch->places, seen, "change", &list);
     json_decref(seen);
     return conclude(call, text, &list);
 }
 
 void cohorts_patch(struct api_call *call)
 {
-    struct patch patch = {.body = NULL, .remove = json_object(), .change = json_object()};
+    struct patch patch = {
+        .body = NULL, .remove = json_object(), .change = json_object(), .places = json_object()};
     struct problem_list list = {.errors = NULL};
     json_t *body = body_json(call);
 
@@ -307,6 +321,7 @@ void cohorts_patch(struct api_call *call)
     }
     json_decref(patch.remove);
     json_decref(patch.change);
+    json_decref(patch.places);
     json_decref(body);
 }
 

@@ -41,6 +41,9 @@ is "$STATUS $(json '.members | map(.id) | join(" ")')" "200 ${IDS[0]} ${IDS[2]} 
     'who has can remove and add members'
 patch "{\"remove\":[\"${IDS[1]}\"]}"
 is_problem 422 invalid-input 'a member that is not there cannot be removed'
+is "$(json '.errors[0].pointer')" /remove/0 'which is named by its place'
+patch "{\"change\":[{\"id\":\"${IDS[0]}\"},{\"id\":\"${IDS[1]}\"},{\"id\":\"${IDS[2]}\",\"covariates\":5}]}"
+is "$STATUS $(json '[.errors[].pointer] | sort | join(" ")')" '422 /change/1 /change/2/covariates' 'as are changes'
 patch "{\"remove\":[\"${IDS[0]}\",\"${IDS[2]}\",\"${IDS[3]}\"]}"
 is_problem 422 invalid-input 'and one must be left'
 patch "{\"change\":[{\"id\":\"${IDS[0]}\",\"side\":\"up\"}]}"
