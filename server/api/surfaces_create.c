@@ -243,7 +243,8 @@ static bool read_json(struct api_call *call, const json_t *body, struct given *g
         read_orientation(orientation, given, list);
     }
     if (json_is_object(coefficients) == json_is_object(grid)) {
-        problem_add(list, "", "must have either coefficients or grid, as an object");
+        problem_add(list, json_is_object(grid) ? "/coefficients" : "/grid",
+                    "must be given as an object, or else coefficients: one of the two");
         return true;
     }
     if (coefficients && lmax) {
@@ -294,7 +295,7 @@ static bool all_finite(const double *values, size_t count, struct problem_list *
 {
     for (size_t i = 0; i < count; i++) {
         if (!isfinite(values[i])) {
-            problem_add(list, "", "number %zu of the array is not finite", i);
+            problem_add(list, "/grid/xyz", "number %zu of the array is not finite", i);
             return false;
         }
     }
@@ -314,13 +315,13 @@ static bool read_npy(struct api_call *call, struct given *given, struct problem_
         return false;
     }
     if (npy_read(request->body, request->body_size, limit, &array, message, sizeof message)) {
-        problem_add(list, "", "%s", message);
+        problem_add(list, "/grid/xyz", "%s", message);
         return true;
     }
     if (array.n_dimensions != 3 || array.shape[2] != 3 || array.shape[0] < 5 ||
         array.shape[1] < 9 || array.shape[0] > SURFACE_ROWS_MAX ||
         array.shape[1] > 2 * SURFACE_ROWS_MAX) {
-        problem_add(list, "",
+        problem_add(list, "/grid/xyz",
                     "the array must have the shape (nTheta, nPhi, 3) with nTheta from 5 to %d and "
                     "nPhi from 9 to %d",
                     SURFACE_ROWS_MAX, 2 * SURFACE_ROWS_MAX);
@@ -348,7 +349,8 @@ static double normalize(struct given *given, struct srnf_surface_measures *measu
     memset(place, 0, sizeof origin);
 
     if (!isfinite(measures->area) || !isfinite(measures->volume) || !(measures->area > 0.0)) {
-        problem_add(list, "", "the surface has no area, or one that is not finite");
+        problem_add(list, given->has_fit ? "/grid/xyz" : "/coefficients",
+                    "the surface has no area, or one that is not finite");
         return 0.0;
     }
     if (!given->unit_area) {

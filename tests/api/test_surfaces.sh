@@ -215,7 +215,7 @@ wrong() { # JSON POINTER WHAT
     fi
 }
 
-wrong '{}' '' 'neither coefficients nor grid'
+wrong '{}' /grid 'neither coefficients nor grid'
 wrong "$(jq -c '.more = 1' <<<"$DIRECT")" /more 'an unknown member'
 wrong "$(jq -c '.coefficients.w = []' <<<"$DIRECT")" /coefficients/w 'an unknown coordinate'
 wrong "$(jq -c '.coefficients.lmax = 3' <<<"$DIRECT")" /coefficients/lmax 'a degree below the limits'
@@ -224,7 +224,7 @@ wrong "$(jq -c '.coefficients.y[7] = "x"' <<<"$DIRECT")" /coefficients/y 'a word
 wrong "$(jq -c 'del(.coefficients.z[24])' <<<"$DIRECT")" /coefficients/z 'a number too few'
 wrong "$(jq -c '.scale = "metres"' <<<"$DIRECT")" /scale 'an unknown scale'
 wrong "$(jq -c '.orientation = "left"' <<<"$DIRECT")" /orientation 'an unknown orientation'
-wrong "$(jq -c '.coefficients |= (.x |= map(0) | .y |= map(0) | .z |= map(0))' <<<"$DIRECT")" '' 'no area'
+wrong "$(jq -c '.coefficients |= (.x |= map(0) | .y |= map(0) | .z |= map(0))' <<<"$DIRECT")" /coefficients 'no area'
 wrong "$(jq -c '.grid.kind = "hexagonal"' "$SCRATCH/flat.json")" /grid/kind 'an unknown grid'
 wrong "$(jq -c '.grid.nTheta = 1e9' "$SCRATCH/flat.json")" /grid/nTheta 'a grid beyond the limit'
 wrong "$(jq -c '.lmax = 8' "$SCRATCH/flat.json")" /lmax 'a degree that the grid does not resolve'
@@ -233,6 +233,7 @@ head -c 1000 "$SCRATCH/grid.npy" >"$SCRATCH/cut.npy"
 post /v1/surfaces --header 'Content-Type: application/x-npy' --data-binary "@$SCRATCH/cut.npy"
 is_problem 422 invalid-input 'a .npy body that is cut short is refused'
 like "$(json .detail)" '384 numbers of 8 bytes, but 872 bytes' 'with what is missing'
+is "$(json '.errors[0].pointer')" /grid/xyz 'and where'
 get /v1/surfaces/surf-00000000000000000000000000000000/grid
 is_problem 404 no-such-surface 'an unknown surface is not found'
 get "/v1/surfaces/$ID/grid?nTheta=4"
