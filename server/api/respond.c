@@ -408,7 +408,9 @@ bool query_get(struct api_call *call, const char *name, char *buffer, size_t siz
             *refused = true;
         }
         (void)problem_respond(call, "malformed-request",
-                              "The query parameter %s is too long or not well escaped.", name);
+                              "The query parameter %s is not well escaped, or longer than the %zu "
+                              "bytes that it may have.",
+                              name, size - 1);
         return false;
     }
     return false;
