@@ -158,6 +158,10 @@ static void find_description(struct description *description)
     description->file = file;
 }
 
+/* The page of the API has its style in it, and nothing else. */
+static const char policy[] = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; "
+                             "form-action 'none'; frame-ancestors 'none'";
+
 static struct description page = {.path = "api/openapi.html", .type = "text/html; charset=utf-8"};
 
 static void find_descriptions(void)
@@ -178,6 +182,9 @@ static void respond_description(struct api_call *call, const struct description 
     }
     if (respond_not_modified(call, description->tag)) {
         return;
+    }
+    if (description == &page) {
+        (void)api_response_header_text(call->response, "Content-Security-Policy", policy);
     }
     respond_static(call, 200, description->type, description->file->bytes, description->file->size);
 }

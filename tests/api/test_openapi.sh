@@ -111,6 +111,7 @@ is "$(json '. as $all | [.. | objects | select(has("$ref")) | .["$ref"]] | uniqu
 get /v1/docs
 is "$STATUS $(header Content-Type) $(grep -c '<h3 id=' "$BODY")" "200 text/html; charset=utf-8 $(wc -l <"$SCRATCH/described")" \
     'and as a page, with every operation'
+like "$(header Content-Security-Policy)" "frame-ancestors 'none'" 'that no other page can frame'
 is "$(grep -oE '(src|href)="[a-z]*:?//[^"]*"' "$BODY")" '' 'which fetches nothing'
 
 get /v1/meshes/mesh-00000000000000000000000000000000
