@@ -11,14 +11,16 @@
 #include "api/alike.h"
 #include "toolkit/covariates.h"
 
-#define POINTER_SIZE 64
+#define POINTER_SIZE 160
 
-static void set_pointer(const struct design_build *build, size_t index, char pointer[POINTER_SIZE])
+/* To a covariate of a point. */
+static void set_pointer(const struct design_build *build, size_t index, const char *name,
+                        char pointer[POINTER_SIZE])
 {
     const char *where = build->where;
 
     if (where[strlen(where) - 1] == '/') {
-        (void)snprintf(pointer, POINTER_SIZE, "%s%zu", where, index);
+        (void)snprintf(pointer, POINTER_SIZE, "%.40s%zu/%.80s", where, index, name);
     } else {
         (void)snprintf(pointer, POINTER_SIZE, "%s", where);
     }
@@ -33,7 +35,7 @@ static void read_point(const struct design_build *build, size_t f, size_t index,
     const json_t *value = json_object_get(point, name);
     char text[FORMULA_NAME_MAX], pointer[POINTER_SIZE];
 
-    set_pointer(build, index, pointer);
+    set_pointer(build, index, name, pointer);
     if (!value) {
         (void)json_object_set_new(point, name,
                                   factor->categorical ? json_copy(json_array_get(factor->levels, 0))
@@ -89,7 +91,6 @@ static void check_point_names(const struct design_build *build, size_t index, js
     json_t *value;
     char pointer[POINTER_SIZE];
 
-    set_pointer(build, index, pointer);
     json_object_foreach(point, key, value)
     {
         bool known = false;
@@ -99,6 +100,7 @@ static void check_point_names(const struct design_build *build, size_t index, js
                     (build->factor[f].value && strcmp(build->formula->factor[f].name, key) == 0);
         }
         if (!known) {
+            set_pointer(build, index, key, pointer);
             problem_add(build->given->list, pointer, "\"%.60s\" is no covariate of the formula",
                         key);
         }

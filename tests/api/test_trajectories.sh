@@ -165,7 +165,7 @@ refused . '/inputs/formula has time, which slopes are of already' ',"formula":"s
 refused . '/inputs/formula must be a formula' ',"formula":7'
 refused . '/inputs/at/0 needs a time, a number' ',"at":[{"time":"soon"}]'
 refused . '/inputs/at/1 has more than a time, and there is no formula' ',"at":[{"time":1},{"time":1,"age":3}]'
-refused . '/inputs/at/0 "size" is no covariate of the formula' ',"formula":"shape ~ age","at":[{"time":1,"size":3}]'
+refused . '/inputs/at/0/size "size" is no covariate of the formula' ',"formula":"shape ~ age","at":[{"time":1,"size":3}]'
 refused '.[1].time = 1e160' '/inputs/cohort member [0-9]+ .surf-.* is at the time 60 and member 1 .surf-.* at 1e.160, more than 1e.30 apart: give times in a larger unit'
 refused '.[0:3] |= (.[0].time = 0 | .[1].time = 1e-100 | .[2].time = 0)' \
     'subject "s0", member 0, is seen from the time 0 to 1e-100, less than 1e-30: give times in a smaller unit'
