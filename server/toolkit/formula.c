@@ -28,7 +28,10 @@ static void add_term(struct formula_parser *p, struct terms *terms, uint32_t ter
         }
     }
     if (terms->count == FORMULA_TERMS_MAX) {
-        formula_fail(p, "has more than %d terms", FORMULA_TERMS_MAX);
+        formula_fail(
+            p,
+            "has more than %d terms, which is the most; leave out those that you do not ask about",
+            FORMULA_TERMS_MAX);
         return;
     }
     terms->term[terms->count++] = term;
@@ -84,7 +87,9 @@ static struct terms read_atom(struct formula_parser *p)
     formula_skip(p);
     if (formula_take(p, "(")) {
         if (++p->depth > DEPTH_MAX) {
-            formula_fail(p, "has brackets %d deep", p->depth);
+            formula_fail(
+                p, "has brackets %d deep; the most is %d, and those around a single name can go",
+                p->depth, DEPTH_MAX);
             return terms;
         }
         terms = read_sum(p);

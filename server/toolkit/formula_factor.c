@@ -322,7 +322,10 @@ uint32_t formula_intern(struct formula_parser *p, struct formula_factor *factor)
         }
     }
     if (formula->factors == FORMULA_FACTORS_MAX) {
-        formula_fail(p, "has more than %d different factors", FORMULA_FACTORS_MAX);
+        formula_fail(p,
+                     "has more than %d different factors, which is the most; leave some out, or "
+                     "make two formulas",
+                     FORMULA_FACTORS_MAX);
         return 0;
     }
     formula->factor[formula->factors] = *factor;

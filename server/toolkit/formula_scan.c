@@ -90,7 +90,8 @@ bool formula_take_word(struct formula_parser *p, char name[FORMULA_NAME_MAX])
         length++;
     }
     if (length >= FORMULA_NAME_MAX) {
-        formula_fail(p, "has a name of %zu bytes", length);
+        formula_fail(p, "has a name of %zu bytes; the most is %d, as of covariates", length,
+                     FORMULA_NAME_MAX - 1);
         return false;
     }
     memcpy(name, p->at, length);
