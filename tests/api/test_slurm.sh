@@ -81,7 +81,7 @@ await() { # REGEX COMMAND..
 states() { # JOB
     local array
     for array in $(grep -lF -- "$1" "$STATE"/*/name 2>/dev/null); do
-        cat "$(dirname "$array")"/*/word
+        cat "${array%/*}"/*/word
     done | sort | paste -sd' '
 }
 

@@ -22,9 +22,8 @@
 # state/instead     a script that elements run instead of their own, whose path is its argument
 set -u
 umask 077
-HERE=$(cd "$(dirname "$0")" && pwd)
-STATE=$HERE/state
-mkdir -p "$STATE"
+STATE=${0%/*}/state # the daemon calls the links by whole paths
+[ -d "$STATE" ] || mkdir -p "$STATE"
 PROGRAM=${0##*/}
 exec 9>"$STATE/lock"
 
@@ -60,8 +59,12 @@ start() { # ELEMENT ARRAY
         echo OUT_OF_MEMORY >"$element/word"
         return
     fi
+    # Before it counts as running: whoever waits for that may take the script away then.
+    if [ -e "$STATE/instead" ]; then
+        script=$element/instead
+        cp "$STATE/instead" "$script"
+    fi
     echo RUNNING >"$element/word"
-    [ ! -e "$STATE/instead" ] || script=$STATE/instead
     setsid bash -c 'cd /; echo $$ >"$1/pid"; sh "$2" "$3" & echo $! >"$1/worker"; wait $!; echo $? >"$1/status"' \
         pilot "$element" "$script" "$own" 9>&- </dev/null >/dev/null 2>>"$STATE/pilots.log" &
     while [ ! -s "$element/worker" ]; do sleep 0.01; done
@@ -204,7 +207,8 @@ if [ "$PROGRAM" = sbatch ]; then
     tr '\0' '\n' <"/proc/$$/cmdline" >"$STATE/seen-$$"
     tr '\0' '\n' <"/proc/$$/environ" >>"$STATE/seen-$$"
 fi
-MODE=$(cat "$STATE/$PROGRAM" 2>/dev/null)
+line "$STATE/$PROGRAM"
+MODE=$LINE
 case $MODE in
 refuse*)
     echo "$PROGRAM: error: ${MODE#refuse }" >&2
