@@ -249,7 +249,8 @@ static const struct {
     {"shape ~ C(a, 'x') + C(a, 'y')", "two reference"},
     {"shape ~ ((((((((((((((((((a))))))))))))))))))", "brackets 17 deep; the most is 16, and"},
     {"shape ~ (a+b+c+d+e+f+g)^7", "more than 64 terms, which is the most; leave out"},
-    {"shape ~ a+b+c+d+e+f+g+h+i+j+k+l+m+n+o+p+q+r+s+t+u+v+w+x+y", "more than 24 different factors, which is the most; leave some out"},
+    {"shape ~ a+b+c+d+e+f+g+h+i+j+k+l+m+n+o+p+q+r+s+t+u+v+w+x+y",
+     "more than 24 different factors, which is the most; leave some out"},
 };
 
 static void wrong_formulas_are_told(void **state)
