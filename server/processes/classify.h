@@ -95,6 +95,9 @@ struct classify_answer {
    members by the same folds; the latter NULL without memory. subjects: names; numbers, or NULL. */
 json_t *classify_methods_json(const struct classify_methods *asked,
                               const struct classify_answer *answer, const json_t *subjects);
+/* The doubts of assessment_warn, of each method. */
+void classify_warn_methods(json_t *warnings, const struct classify_methods *asked,
+                           const struct classify_answer *answer);
 json_t *classify_comparisons_json(const struct classify_methods *asked,
                                   const struct classify_answer *answer, const size_t *subjects);
 /* The result document; NULL with the problem set. */

@@ -91,6 +91,7 @@ static void warn(struct jobs_run *run, const struct classify_parts *asked,
     }
     permutation_warn(warnings_of(document), &answer->results[0].test,
                      "No p-value of this result can be");
+    classify_warn_methods(warnings_of(document), &asked->methods, answer);
     group_warn_duplicates(run, document, group->surfaces, group->cohort,
                           (const char(*)[STORE_ID_MAX])answer->group.contents);
     typicality_warn_members(warnings_of(document), asked->methods.n, answer->typicality, names,

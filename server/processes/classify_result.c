@@ -110,6 +110,17 @@ json_t *classify_methods_json(const struct classify_methods *asked,
     return methods;
 }
 
+void classify_warn_methods(json_t *warnings, const struct classify_methods *asked,
+                           const struct classify_answer *answer)
+{
+    for (size_t m = 0; m < asked->n; m++) {
+        const struct srnf_classification *r = &answer->results[m];
+
+        assessment_warn(warnings, asked->list[m].name, r->n_classes, r->confusion, &r->balanced,
+                        answer->classes.names);
+    }
+}
+
 /* Whether a method is right of each member. */
 static void mark_right(const struct classify_answer *answer, size_t m, bool *right)
 {
@@ -160,6 +171,7 @@ static void warn(struct jobs_run *run, const struct classify *classify,
     }
     permutation_warn(warnings_of(document), &answer->results[0].test,
                      "No p-value of this result can be");
+    classify_warn_methods(warnings_of(document), &classify->methods, answer);
     group_warn_duplicates(run, document, group->surfaces, group->cohort,
                           (const char(*)[STORE_ID_MAX])answer->group.contents);
     warnings_put(document, handedness_of_names(run, group->surfaces, group->cohort));

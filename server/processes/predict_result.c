@@ -184,9 +184,9 @@ static bool find_known(const struct group_input *group, const struct kept *kept,
     return true;
 }
 
-/* Null where the members of some class are not there. False without memory. */
+/* Null, with a warning, where the members of some class are not there. False without memory. */
 static bool assess(const struct group_input *group, const struct kept *kept,
-                   const struct predict_answer *answer, json_t **assessment)
+                   const struct predict_answer *answer, json_t **assessment, json_t *warnings)
 {
     struct srnf_assessment found = {0};
     struct known known;
@@ -198,6 +198,9 @@ static bool assess(const struct group_input *group, const struct kept *kept,
                              known.probabilities, answer->priors, NULL, &found);
     }
     *assessment = status == SRNF_OK ? assessment_json(&found, kept->names) : json_null();
+    if (status != SRNF_OK && status != SRNF_ENOMEM) {
+        predict_warn_unassessed(warnings, group, kept, answer);
+    }
     srnf_assessment_clear(&found);
     srnf_free(known.at);
     srnf_free(known.evidence);
@@ -211,6 +214,7 @@ json_t *predict_document(struct jobs_run *run, const struct group_input *group,
     json_t *subjects =
         group_subjects(run, group->surfaces, json_object_get(group->cohort, "subjects"));
     json_t *predictions = json_array(), *classes = json_array(), *assessment = NULL;
+    json_t *doubts = json_array();
     json_t *document, *sides;
     double quartile = typicality_quartile(&kept->model);
 
@@ -222,13 +226,15 @@ json_t *predict_document(struct jobs_run *run, const struct group_input *group,
                                     prediction_json(group, kept, answer, subjects, quartile, i));
     }
     json_decref(subjects);
-    if (!assess(group, kept, answer, &assessment)) {
+    if (!assess(group, kept, answer, &assessment, doubts)) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "assessing the predictions");
     }
     document = json_pack(
         "{s:O, s:o, s:o, s:s, s:o, s:o}", "predictions", predictions, "classes", classes, "priors",
         assessment_by_class(answer->priors, kept->classes, kept->names), "method", kept->method,
         "assessment", assessment, "registration", registration_json(&kept->registration));
+    warnings_put(document, doubts);
+    predict_warn_repeats(warnings_of(document), group, kept, answer);
     for (size_t i = 0; i < group->n; i++) {
         warnings_merge(warnings_of(document),
                        json_object_get(json_array_get(predictions, i), "warnings"));

@@ -293,6 +293,9 @@ static bool warn(struct jobs_run *run, const struct train *train, const struct t
                                         .members = true,
                                         .mirrors = true};
 
+    assessment_warn(warnings_of(document), NULL, answer->classes.count,
+                    answer->trained.assessment.confusion, &answer->trained.assessment.balanced,
+                    answer->classes.names);
     group_warn_duplicates(run, document, group->surfaces, group->cohort,
                           (const char(*)[STORE_ID_MAX])answer->group.contents);
     if (answer->several) {

@@ -4,6 +4,9 @@
 #include "toolkit/assessment.h"
 
 #include <math.h>
+#include <stdio.h>
+
+#include "api/warnings.h"
 
 json_t *assessment_rate(const struct srnf_rate *rate)
 {
@@ -99,4 +102,58 @@ json_t *assessment_json(const struct srnf_assessment *a, const char *const *clas
     }
     (void)json_object_set_new(document, "calibration", calibration);
     return document;
+}
+
+/* ---- Doubts ---------------------------------------------------------------------------------- */
+
+/* The class that all are told as; n: there are several. */
+static size_t only_class(size_t n, const size_t *confusion)
+{
+    size_t named = 0, only = n;
+
+    for (size_t c = 0; c < n; c++) {
+        size_t count = 0;
+
+        for (size_t label = 0; label < n; label++) {
+            count += confusion[label * n + c];
+        }
+        named += count > 0;
+        only = count > 0 ? c : only;
+    }
+    return named == 1 ? only : n;
+}
+
+void assessment_warn(json_t *warnings, const char *method, size_t n, const size_t *confusion,
+                     const struct srnf_rate *balanced, const char *const *classes)
+{
+    size_t only = only_class(n, confusion);
+    double chance = 1.0 / (double)n;
+    char by[80] = "";
+    json_t *figures;
+
+    if (only == n && balanced->interval[0] > chance) {
+        return;
+    }
+    figures =
+        json_pack("{s:o, s:f}", "balancedAccuracy", assessment_rate(balanced), "chance", chance);
+    if (method) {
+        (void)snprintf(by, sizeof by, " by %.60s", method);
+        (void)json_object_set_new(figures, "method", json_string(method));
+    }
+    if (only < n) {
+        (void)json_object_set_new(figures, "class", json_string(classes[only]));
+        warning_add(warnings, "names-one-class", figures,
+                    "All members that were left out are told as \"%.60s\"%s, whatever their shape: "
+                    "the accuracy is the share of that class (majorityRate) and says nothing; "
+                    "balancedAccuracy is that of chance, %.3g. Do not use it to tell classes: take "
+                    "more subjects of the smaller classes, or as many of each; in train, equal "
+                    "priors keep a class from winning by its share alone.",
+                    classes[only], by, chance);
+        return;
+    }
+    warning_add(warnings, "not-above-chance", figures,
+                "The balanced accuracy%s, %.3g, with an interval from %.3g to %.3g, may be that of "
+                "chance, %.3g: that it tells the classes has not been shown, however high the "
+                "accuracy is. Take more subjects, of the smaller classes first, or another method.",
+                by, balanced->value, balanced->interval[0], balanced->interval[1], chance);
 }

@@ -31,6 +31,13 @@ json_t *assessment_json(const struct srnf_assessment *assessment, const char *co
 /* {value, interval}, and {name: {value, interval}} of each class. */
 json_t *assessment_rate(const struct srnf_rate *rate);
 json_t *assessment_rates(const struct srnf_rate *rates, size_t n, const char *const *classes);
+/* Warns (names-one-class, not-above-chance) of a classifier that names one class alone, or whose
+   balanced accuracy may be that of chance.
+     method     [in] its name, or NULL where there is one
+     confusion  [in] [n][n], rows the labels
+     classes    [in] [n] */
+void assessment_warn(json_t *warnings, const char *method, size_t n, const size_t *confusion,
+                     const struct srnf_rate *balanced, const char *const *classes);
 /* {name: number} of each class. */
 json_t *assessment_by_class(const double *values, size_t n, const char *const *classes);
 

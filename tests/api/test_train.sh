@@ -117,6 +117,26 @@ post_json /v1/surfaces "$(shape 12 round | jq -c '.coefficients |= (.lmax = 5 | 
 execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$(json .id)\"]}" -H "$WAIT"
 is "$STATUS $(json '[.warnings[].code] | index("mixed-degrees")')" '200 null' 'what is finer than the classifier is cut off, of which nothing need be said'
 
+# Labels that follow nothing: all are told as the one that most have; or as well as chance does.
+post_json /v1/cohorts "$(cohort rare 0 24 | jq -c '.members |= (to_entries | map(.value.label = (if .key % 8 < 2 then "few" else "many" end) | .value))')"
+post_json /v1/cohorts "$(cohort noise 0 12 | jq -c '.members |= (to_entries | map(.value.label = (if .key % 4 < 2 then "a" else "b" end) | .value))')"
+execute train '{"cohort":"rare"}' -H "$WAIT"
+is "$STATUS $(json '.validation | [.accuracy.value == .majorityRate, (.balancedAccuracy.value - 0.5 | fabs) < 1e-12] | tojson')" '200 [true,true]' \
+    'where labels say nothing the larger class is named'
+is "$(json '[.warnings[] | select(.code == "names-one-class") | .figures | .class, .chance] | tojson')" '["many",0.5]' 'which is told'
+request DELETE "/v1/models/$(json .model.id)?cascade=true"
+execute predict "{\"model\":\"$MODEL\",\"cohort\":\"rare\"}" -H "$WAIT"
+is "$STATUS $(json '.assessment') $(json '.warnings[] | select(.code == "not-assessed").figures | [.class, .labelled, .unknown, .label] | tojson')" \
+    '200 null ["round",24,24,"few"]' 'labels that a classifier does not know are told'
+execute predict "{\"model\":\"$MODEL\",\"cohort\":\"half\"}" -H "$WAIT"
+is "$(json '.warnings[] | select(.code == "not-assessed").figures | [.class, .labelled, .unknown, .trainingSubjects] | tojson')" \
+    '["round",12,0,12]' 'so are those that it was trained on'
+execute classify '{"cohort":"noise","method":["srnf-gauss"],"permutations":19}' -H "$WAIT"
+is "$STATUS $(json '[.warnings[] | select(.code == "not-above-chance" or .code == "names-one-class") | .figures.method] | tojson')" \
+    '200 ["srnf-gauss"]' 'methods of classify that may be chance are told'
+is "$(jq -c '[.warnings[]?.code | select(. == "not-above-chance" or . == "names-one-class")]' "$SCRATCH/trained.json")" '[]' \
+    'and a classifier that tells its classes is not'
+
 execute train '{"cohort":"half","method":"srnf-nn","priors":"equal"}' -H "$WAIT"
 is "$STATUS $(json '.model.classifier | [.method, .components, .means] | tojson')" '200 ["srnf-nn",null,null]' 'by the nearest neighbour'
 NEAREST=$(json .model.id)
@@ -199,7 +219,7 @@ is "$STATUS" 422 'refused: subjects of two labels'
 wrong predict "{\"model\":\"$MODEL\"}" /inputs/surfaces 'must be given' 'nothing to predict'
 wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"priors\":{\"round\":1}}" /inputs/priors 'no number for the class flat' \
     'priors of some classes'
-wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"priors\":{\"round\":0.5,\"flat\":0.2}}" /inputs/priors 'sum 1' \
+wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"priors\":{\"round\":0.5,\"flat\":0.2}}" /inputs/priors 'must have the sum 1, and have 0.7: divide each' \
     'priors that do not sum to 1'
 wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"priors\":{\"round\":0.5,\"flat\":0.25,\"oval\":0.25}}" \
     /inputs/priors 'has 3 classes; the classifier has 2' 'priors of a class too many'

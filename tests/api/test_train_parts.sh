@@ -126,13 +126,16 @@ FOREIGN=$(jq -c '[.[] | select(.subject == "s13").id] | {first: .[1], second: .[
 predict "$MODEL" "\"parts\":$FOREIGN"
 is "$STATUS $(json '[.predictions[0].warnings[].code] | tojson')" '200 ["far-from-model"]' 'exchanged parts are far from all'
 like "$(json '.predictions[0].warnings[0].detail')" '^Subject 0 ' 'as a subject'
+predict "$MODEL" "\"parts\":$(jq -c '.second = .first' <<<"$FOREIGN")"
+is "$STATUS $(json '[.warnings[] | select(.code == "duplicate-content") | .figures.parts] | tojson')" '200 [["second","first"]]' \
+    'one surface as two parts is told'
 predict "$NEAREST" '"cohort":"others","priors":{"low":0.5,"high":0.5}'
 is "$STATUS $(json '[.predictions[] | .nearestDistances[.label] == ([.nearestDistances[]] | min)] | all')" '200 true' 'neighbours, too'
 cohort named '.[24:] | map(.covariates = {organ: .covariates.part} | del(.label))'
 predict "$MODEL" '"cohort":"named","by":"organ"'
 is "$STATUS $(jq -s 'map([.predictions[] | {subject, probabilities}] | sort_by(.subject)) | .[0] == .[1]' "$BODY" "$SCRATCH/others.json")" \
     '200 true' 'by another covariate, without labels'
-is "$(json .assessment)" null 'which cannot be assessed'
+is "$(json .assessment) $(json '[.warnings[].code] | index("not-assessed")')" 'null null' 'which cannot be assessed, nor need be told'
 
 # ---- A structure that was segmented anew ---------------------------------------------------------------
 
@@ -236,7 +239,7 @@ wrong '"cohort":"wrong"' /inputs/cohort 'is part "third", which is none of the m
 cohort wrong '.[24:] | map(del(.covariates.part))'
 wrong '"cohort":"wrong"' /inputs/cohort 'has no covariate "part"' 'members that do not say'
 cohort wrong '.[24:] | .[0].label = "high" | .[1].label = "low"'
-wrong '"cohort":"wrong"' /inputs/cohort 'subject "s12" has members of different labels' 'a subject of two labels'
+wrong '"cohort":"wrong"' /inputs/cohort 'subject "s12" has members of different labels: give all its parts one' 'a subject of two labels'
 refused predict "{\"model\":\"$AGED\",\"cohort\":\"named\",\"by\":\"organ\"}" /inputs/cohort 'subject "s12" has no covariate "age"' 'members without covariates'
 cohort few '.[:16]'
 refused train-parts '{"cohort":"few"}' /inputs/cohort 'has 4 subjects .* with the label .low.; each label needs 5' 'too few subjects'
