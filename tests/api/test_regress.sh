@@ -180,6 +180,11 @@ like "$(json '.errors[0] | .pointer + " " + .detail')" '^/inputs/formula huge of
 execute compare-groups '{"cohort":"alike","register":false,"permutations":9,"covariates":["huge"]}'
 is_problem 422 invalid-input 'also as a covariate'
 like "$(json '.errors[0] | .pointer + " " + .detail')" '^/inputs/covariates/0 "huge" of member 4 .* is 1e[+]308' 'by name and member'
+execute compare-groups '{"cohort":"study","register":false,"permutations":9,"covariates":["tiny","away"]}'
+is "$STATUS $(json '.errors | length')" '422 2' 'differences that no number is fit for'
+like "$(json '.errors[0] | .pointer + " " + .detail')" '^/inputs/covariates/0 the numbers of "tiny" differ by .*e-199 at most, .* in another unit' \
+    'are told by name, with a way out'
+like "$(json '.errors[1].detail')" '^"away" hardly differs between members, by .* give it less that number' 'as are those that are lost in a large number'
 regress 'shape ~ age' ',"at":[{"age":1e308}]'
 is_problem 422 invalid-input 'and where it is asked for'
 like "$(json '.errors[0] | .pointer + " " + .detail')" '^/inputs/at/0/age age is 1e[+]308' 'which names it'
