@@ -2,8 +2,8 @@
  * imports_study.c - an import of what an export wrote: the same ids, and jobs that answer from the
  * cache.
  *
- * The manifest is taken first and says what each file is. Meshes and volumes are read as uploads are;
- * the others by imports_restore.c and imports_jobs.c.
+ * The manifest is taken first and says what each file is. Meshes and volumes are read as uploads
+ * are; the others by imports_restore.c and imports_jobs.c.
  */
 #include "api/imports.h"
 
