@@ -10,12 +10,12 @@
  *
  * Second stage. b_i = X_i B + error, whose variance is T + V / S_i: slopes differ, and each is
  * known the less the nearer together its visits are. Both are numbers, of squared L2 norms over the
- * whole surface: V what is left about the lines over its degrees of freedom, T by moments (L.
- * Hedges, "A random effects model for effect sizes", 1983; trajectories_weights.c). Slopes have the
- * weights w_i = 1 / (T + V / S_i), 1 on average. Where all subjects have as many visits at the same
- * distances all are 1, and where each has two, nothing tells V, and they are 1 as well. Rows and
- * slopes times the roots of w_i have errors of one variance, and all is as in regress.c and
- * paired.c.
+ * whole surface: V what is left about the lines over its degrees of freedom, T such that slopes
+ * with their weights are as far from the model as degrees of freedom let expect (R. Paule, J.
+ * Mandel 1982; trajectories_between.c). Slopes have the weights w_i = 1 / (T + V / S_i), 1 on
+ * average. Where all subjects have as many visits at the same distances all are 1, and where each
+ * has two, nothing tells V, and they are 1 as well. Rows and slopes times the roots of w_i have
+ * errors of one variance, and all is as in regress.c and paired.c.
  *
  * A predicted surface at covariates x and a time t is that of sum over i of h_i(x) (a_i + b_i (t -
  * r)), h the weights of the second stage: a straight line in q through time, on which the slope is

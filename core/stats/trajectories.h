@@ -44,6 +44,8 @@ SRNF_CHECKED int trajectory_lines(struct trajectory_run *run, const struct srnf_
                                   struct srnf_error *error);
 /* trajectories_weights.c: variances, weights and the weighted design. */
 SRNF_CHECKED int trajectory_weigh(struct trajectory_run *run, struct srnf_error *error);
+/* trajectories_between.c: how much slopes differ, from `within`; with its interval. */
+SRNF_CHECKED int trajectory_between(struct trajectory_run *run, struct srnf_error *error);
 /* trajectories_model.c: the mean slope, the model of slopes, and predicted surfaces. */
 SRNF_CHECKED int trajectory_mean(struct trajectory_run *run, const struct srnf_context *context,
                                  struct srnf_error *error);

@@ -1,26 +1,14 @@
 /*
  * trajectories_weights.c - what each slope weighs in the second stage: formulae in trajectories.c.
  *
- * The residuals R of slopes, each weighing the same, about the p columns of the design have the
- * expected square
- *
- *     E |R|^2 = T (n - p) + V sum over i of (1 - h_i) / S_i,
- *
- * h_i the diagonal of the projection on the design, from which T follows once V is known; where it
- * comes out negative it is 0.
- *
  * Squared norms of whole surfaces are sums of very different squares, of unknown degrees of
  * freedom, so that their variance is taken from how subjects differ. V = sum l_i / sum f_i is a
  * ratio, with the standard error s,
  *
  *     s^2 = n / (n - 1) sum (l_i - V f_i)^2 / (sum f_i)^2,
  *
- * and the interval V exp(-+ t s / V), t of Student's distribution with n - 1 degrees of freedom.
- * G = |R|^2 / (n - p) likewise, from the r_i = |R_i|^2 with the expectation
- * G_i = (T + V / S_i) (1 - h_i), n - p degrees of freedom and terms (r_i - G_i) / (1 - h_i). That
- * of T = G - k V, k = sum (1 - h_i) / S_i / (n - p), follows from both (G. Zou, A. Donner,
- * Statistics in Medicine 27, 2008): below T by the root of (G - lower G)^2 + k^2 (upper V - V)^2,
- * above it likewise; no end is below 0. Of two visits of each V is not known, and has no interval.
+ * and the interval V exp(-+ t s / V), t of Student's distribution with n - 1 degrees of freedom. Of
+ * two visits of each V is not known, and has no interval. T is found in trajectories_between.c.
  */
 #include "intervals.h"
 #include "trajectories.h"
@@ -72,77 +60,6 @@ static void find_within(struct trajectory_run *run)
     }
 }
 
-/* From squares of residuals and 1 - h_i of the subjects. */
-static void set_between(struct trajectory_run *run, const double *squares, const double *rest)
-{
-    struct srnf_trajectories *out = run->out;
-    double freedom = 0.0;
-    double left = 0.0;
-    double noise = 0.0;
-    double sum = 0.0;
-    double excess;
-    double lower[2], upper[2], whole[2];
-
-    for (size_t i = 0; i < run->n; i++) {
-        freedom += rest[i];
-        left += squares[i];
-        noise += rest[i] / run->spread[i];
-    }
-    freedom = round(freedom);
-    left /= freedom;
-    noise /= freedom;
-    excess = left - out->within * noise;
-    out->between = fmax(excess, 0.0);
-    for (size_t i = 0; i < run->n; i++) {
-        double expected = rest[i] * (excess + out->within / run->spread[i]);
-        double off = rest[i] > SAME ? (squares[i] - expected) / rest[i] : 0.0;
-
-        sum += off * off;
-    }
-    intervals_log(left, sqrt(sum) / freedom, freedom, whole);
-    lower[0] = left - whole[0];
-    upper[0] = whole[1] - left;
-    lower[1] = out->freedom > 0 ? noise * (out->within_interval[1] - out->within) : 0.0;
-    upper[1] = out->freedom > 0 ? noise * (out->within - out->within_interval[0]) : 0.0;
-    out->between_interval[0] = fmax(excess - hypot(lower[0], lower[1]), 0.0);
-    out->between_interval[1] = fmax(excess + hypot(upper[0], upper[1]), 0.0);
-}
-
-/* T, from the residuals of slopes that weigh the same. */
-static int find_between(struct trajectory_run *run, struct srnf_error *error)
-{
-    size_t n = run->n;
-    size_t size = 3 * run->points;
-    struct regress_fit fit = {0};
-    struct intervals residuals = {0};
-    double *y = srnf_alloc(n, size * sizeof(double));
-    double *gram = srnf_alloc(n, n * sizeof(double));
-    double *squares = srnf_alloc(n, sizeof(double));
-    int status = y && gram && squares
-                     ? regress_fit_create(&fit, n, NULL, run->design->columns, run->values, error)
-                     : SRNF_ENOMEM;
-
-    if (status == SRNF_OK) {
-        stats_weight(srnf_sht_grid(run->sht), n, run->slope_q, NULL, y);
-        status = stats_gram(n, size, y, gram, error);
-    }
-    if (status == SRNF_OK) {
-        status = intervals_open(&residuals, n, fit.basis.count, fit.basis.vectors, gram);
-    }
-    if (status == SRNF_OK) {
-        for (size_t i = 0; i < n; i++) {
-            squares[i] = fmax(residuals.gram[i * n + i], 0.0);
-        }
-        set_between(run, squares, residuals.rest);
-    }
-    intervals_close(&residuals);
-    regress_fit_clear(&fit);
-    srnf_free(y);
-    srnf_free(gram);
-    srnf_free(squares);
-    return status;
-}
-
 static void set_weights(struct trajectory_run *run)
 {
     const struct srnf_trajectories *out = run->out;
@@ -180,7 +97,7 @@ int trajectory_weigh(struct trajectory_run *run, struct srnf_error *error)
     int status = average_design(run);
 
     find_within(run);
-    status = status ? status : find_between(run, error);
+    status = status ? status : trajectory_between(run, error);
     if (status) {
         return status;
     }

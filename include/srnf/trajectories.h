@@ -84,9 +84,15 @@ struct srnf_trajectories {
     size_t n, subjects, points;
     double reference; /* time, the mean of the subjects' mean times */
     /* Squared L2 norms of SRNFs: of a visit about the line of its subject, with its degrees of
-       freedom, and of slopes about the model, beyond what the former makes of them. */
+       freedom, and of slopes about the model, beyond what the former makes of them: by weighted
+       squares (R. Paule, J. Mandel, "Consensus values and weighting factors", 1982), so that a
+       slope that is known badly hides nothing; 0 only where slopes differ less than that makes
+       them. */
     double within, between;
-    double within_interval[2], between_interval[2]; /* 95 %: core/stats/trajectories_weights.c */
+    /* 95 %: core/stats/trajectories_weights.c; where the weighted squares are between their
+       quantiles (W. Viechtbauer, "Confidence intervals for the amount of heterogeneity in
+       meta-analysis", 2007; core/stats/trajectories_between.c). */
+    double within_interval[2], between_interval[2];
     size_t freedom; /* 0: two visits of each; within is 0 and all weights are 1 */
     bool weighted;  /* not all weights are 1 */
     /* All slopes together: change is their weighted mean, fluctuating how they differ, individual

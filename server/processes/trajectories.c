@@ -75,12 +75,14 @@ static const struct process_output outputs[] = {
      "Variance of a visit about the line of its subject, as residualVariance. null: two visits of "
      "each subject."},
     {"between", OUTPUT_NUMBER,
-     "Variance of slopes about the model beyond what within makes of them; with two visits of each "
-     "all of it."},
+     "Variance of slopes about the model beyond what within makes of them, by Paule and Mandel "
+     "(1982): a slope of visits close together counts little. 0 only where slopes differ less than "
+     "within makes them; with two visits of each subject all of their variance."},
     {"withinInterval", "\"type\":[\"array\",\"null\"],\"items\":{" OUTPUT_NUMBER "}",
      "95 % of within, from how subjects differ; null where within is."},
     {"betweenInterval", OUTPUT_NUMBERS,
-     "95 % of between, likewise; from 0 on where it need not be there."},
+     "95 % of between, by the profile of Paule and Mandel's sum (Viechtbauer 2007) with what "
+     "within is uncertain by; from 0 on where it need not be there."},
     {"perSubject", OUTPUT_OBJECTS,
      "[{subject, visits, times (first and last), weight, length (root of the mean square of its "
      "displacement per unit of time), along (its part along what the other subjects predict for "

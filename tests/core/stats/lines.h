@@ -15,6 +15,7 @@
 struct lines {
     struct group g; /* subject after subject */
     size_t n, members, size;
+    double brief; /* positive: the first subject has two visits, this far apart */
     double *mean, *q, *sizes, *times, *columns, at[4], at_times[4];
     size_t *subjects;
     struct srnf_nested nested;
@@ -65,12 +66,16 @@ static inline void lines_fill(struct lines *l, const struct lines_plan *plan)
             plan->growth + (i % 2 ? plan->more : 0.0) + plan->spread * test_random_normal(&random);
 
         test_random_normals(&random, 3 * LINES_NOISE, own);
-        for (size_t visit = 0; visit < lines_visits(plan, i); visit++, at++) {
+        bool brief = i == 0 && l->brief > 0.0;
+        size_t visits = brief ? 2 : lines_visits(plan, i);
+
+        test_random_normals(&random, 3 * LINES_NOISE, own);
+        for (size_t visit = 0; visit < visits; visit++, at++) {
             double *f = l->g.f[at];
             double noise[3 * LINES_NOISE];
 
             test_random_normals(&random, 3 * LINES_NOISE, noise);
-            l->times[at] = lines_time(plan, i, visit);
+            l->times[at] = brief ? (double)visit * l->brief : lines_time(plan, i, visit);
             l->subjects[at] = at - visit;
             l->columns[at] = (double)(i % 2);
             l->sizes[at] = 1.0;
@@ -90,15 +95,17 @@ static inline void lines_fill(struct lines *l, const struct lines_plan *plan)
     srnf_free(workspace);
 }
 
-static inline void lines_open(struct lines *l, const struct lines_plan *plan)
+/* brief: of struct lines. */
+static inline void lines_open_brief(struct lines *l, const struct lines_plan *plan, double brief)
 {
     size_t members = 0;
 
     for (size_t i = 0; i < plan->n; i++) {
-        members += lines_visits(plan, i);
+        members += brief > 0.0 && i == 0 ? 2 : lines_visits(plan, i);
     }
     *l = (struct lines){.n = plan->n,
                         .members = members,
+                        .brief = brief,
                         .at = {0.0, 0.0, 1.0, 1.0},
                         .at_times = {0.0, 2.0, 0.0, 2.0}};
     group_open(&l->g, LINES_DEGREE, members);
@@ -118,6 +125,11 @@ static inline void lines_open(struct lines *l, const struct lines_plan *plan)
                                      .times = l->times,
                                      .subjects = l->subjects,
                                      .at_times = l->at_times};
+}
+
+static inline void lines_open(struct lines *l, const struct lines_plan *plan)
+{
+    lines_open_brief(l, plan, 0.0);
 }
 
 static inline void lines_close(struct lines *l)

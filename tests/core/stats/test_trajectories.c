@@ -103,26 +103,40 @@ struct expected {
     size_t freedom;
 };
 
-static void find_weights(const struct lines *l, struct expected *e)
+/* Weights by the variance between, 1 on average; returns the squares that the model leaves of
+   slopes with the weights as they are. */
+static double weigh(const struct lines *l, struct expected *e, double between)
 {
-    double ones[SUBJECTS_MAX];
-    double noise = 0.0;
     double total = 0.0;
     double left;
 
-    e->within = find_slopes(l, e->slopes, e->spread, &e->freedom) / (double)e->freedom;
     for (size_t i = 0; i < l->n; i++) {
-        ones[i] = 1.0;
-        noise += (1.0 - (i % 2 ? 1.0 / 5.0 : 1.0 / 6.0)) / e->spread[i]; /* 6 and 5 of 11 */
-    }
-    left = solve(l, e->slopes, ones, e->x);
-    e->between = (left - e->within * noise) / (double)(l->n - 2);
-    for (size_t i = 0; i < l->n; i++) {
-        e->w[i] = 1.0 / (e->between + e->within / e->spread[i]);
+        e->w[i] = 1.0 / (between + e->within / e->spread[i]);
         total += e->w[i] / (double)l->n;
     }
+    left = solve(l, e->slopes, e->w, e->x);
     for (size_t i = 0; i < l->n; i++) {
         e->w[i] /= total;
+    }
+    return left;
+}
+
+/* The variance between by halving: the squares left are as many as degrees of freedom. */
+static void find_weights(const struct lines *l, struct expected *e)
+{
+    double low = 0.0;
+    double high = 1.0;
+
+    e->within = find_slopes(l, e->slopes, e->spread, &e->freedom) / (double)e->freedom;
+    assert_true(weigh(l, e, low) > (double)(l->n - 2));
+    assert_true(weigh(l, e, high) < (double)(l->n - 2));
+    for (size_t k = 0; k < 60; k++) {
+        e->between = 0.5 * (low + high);
+        if (weigh(l, e, e->between) > (double)(l->n - 2)) {
+            low = e->between;
+        } else {
+            high = e->between;
+        }
     }
 }
 
@@ -192,6 +206,73 @@ static void numbers_are_those_of_least_squares(void **state)
         srnf_trajectories_clear(&out);
         lines_close(&l);
     }
+}
+
+/* Where all have the same visits, what is left of slopes less what visits make of it, as moments
+   have it. */
+static void equal_visits_leave_the_moments(void **state)
+{
+    const struct lines_plan plan = {11, false, 0.1, 0.05, 0.1, 0.005, 1};
+    struct lines l;
+    struct srnf_trajectories out;
+    struct expected e;
+    double ones[SUBJECTS_MAX];
+
+    (void)state;
+    lines_open(&l, &plan);
+    lines_group(&l);
+    assert_int_equal(lines_fit(&l, 9, 1, NULL, &out), SRNF_OK);
+    e.slopes = shapes_doubles(l.n * l.size);
+    e.x = shapes_doubles(2 * l.size);
+    e.within = find_slopes(&l, e.slopes, e.spread, &e.freedom) / (double)e.freedom;
+    for (size_t i = 0; i < l.n; i++) {
+        ones[i] = 1.0;
+    }
+    e.between = solve(&l, e.slopes, ones, e.x) / (double)(l.n - 2) - e.within / e.spread[0];
+    figure_below("variance between off that by moments, relative",
+                 fabs(out.between / e.between - 1.0), 1e-12);
+    assert_false(out.weighted);
+    srnf_free(e.slopes);
+    srnf_free(e.x);
+    srnf_trajectories_clear(&out);
+    lines_close(&l);
+}
+
+/* Two visits of one of 12 subjects, the nearer together the less its slope says: what is known of
+   the others stays. */
+static void a_brief_subject_hides_nothing(void **state)
+{
+    const double spans[6] = {2.0, 0.3, 0.1, 0.02, 1e-4, 1e-9};
+    struct srnf_trajectories first = {0};
+
+    (void)state;
+    for (size_t k = 0; k < 6; k++) {
+        const struct lines_plan plan = {12, false, 0.1, 0.0, 0.1, 0.005, 3};
+        struct srnf_trajectories out;
+        struct lines l;
+
+        lines_open_brief(&l, &plan, spans[k]);
+        lines_group(&l);
+        l.design.points = 0;
+        assert_int_equal(lines_fit(&l, 9, 1, NULL, &out), SRNF_OK);
+        printf("# visits %g apart: between %.3g, %.3g to %.3g; weight %.2g, of others %.3g\n",
+               spans[k], out.between, out.between_interval[0], out.between_interval[1],
+               out.subject[0].weight, out.subject[1].weight);
+        assert_true(out.between_interval[0] > 0.0 && out.between_interval[0] < out.between);
+        assert_true(out.between_interval[1] > out.between);
+        if (k == 0) {
+            first = out;
+        } else {
+            figure_below("variance between off that of visits apart, relative",
+                         fabs(out.between / first.between - 1.0), 0.2);
+            figure_below("upper end off the same, relative",
+                         fabs(out.between_interval[1] / first.between_interval[1] - 1.0), 0.3);
+            assert_true(out.subject[0].weight < 1.0);
+            srnf_trajectories_clear(&out);
+        }
+        lines_close(&l);
+    }
+    srnf_trajectories_clear(&first);
 }
 
 /* Of 7 subjects all 64 flips of slopes with weights, by the fields themselves. */
@@ -637,6 +718,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(numbers_are_those_of_least_squares),
+        cmocka_unit_test(equal_visits_leave_the_moments),
+        cmocka_unit_test(a_brief_subject_hides_nothing),
         cmocka_unit_test(p_is_that_of_all_flips),
         cmocka_unit_test(p_of_groups_is_that_of_all_choices),
         cmocka_unit_test(surfaces_that_are_known_are_not_searched),
