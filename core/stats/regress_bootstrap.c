@@ -9,10 +9,16 @@
  * in which the division gives residuals the variance of the errors. The design stays, so that no
  * sample lacks a level. All shares of Y* follow from the Gram matrix of the SRNFs.
  *
- * Intervals are basic ones, 2 r - (quantiles of r*) (A. Davison, D. Hinkley, "Bootstrap methods and
- * their application", 1997, 5.2): a share is too large by what noise explains, a share of Y* is so
- * twice, and the difference is free of it. They are cut to 0 .. 1 and, as estimates that lie beyond
- * would only puzzle, extended to hold the estimate.
+ * An interval of a share is one of x = f SS / SS_rest, the squares that a term of m columns
+ * explains over the mean square of the rest with f degrees of freedom. Its mean is near t + m, t
+ * the squares that are no noise over the variance: noise explains m, whatever the share. So fitted
+ * values of a term enter Y* multiplied by c, with c^2 x = max(x - m, 0), the estimate of t; x* over
+ * its mean c^2 x + m is then spread as x over t + m (A. Davison, D. Hinkley, "Bootstrap methods and
+ * their application", 1997, 5.2), and quantiles of x* give bounds of t. Without an effect Y* is
+ * noise, and the lower one is above 0 where a test at 2.5 % would reject. Shares follow from t:
+ * t / (t + m + f) of what the others leave, and of all with what the others explain. As estimates
+ * that lie beyond would only puzzle, intervals are extended to hold the estimate. They are of these
+ * values of the covariates, not of such as another sample would have.
  *
  * The confidence region of a prediction, w'Y for weights w, along the normal: at each node w'(S E)Y
  * over its own standard deviation; the largest over the map is below its 95 % quantile all over the
@@ -27,7 +33,16 @@
 #define BLOCK ((size_t)16)
 #define CERTAIN 1e-10 /* 1 - h of a subject whose value the design fixes: it has no residual */
 #define LEVEL 0.95
+#define RATIO_MAX 1e12 /* of squares that are explained over the rest: rounding leaves more */
 #define NUMBER (UINT64_C(1) << 40) /* of the first drawing: beyond those of the permutations */
+
+/* What a test finds in Y. */
+struct observed {
+    double inside, left; /* squares that the term explains, and that its model leaves */
+    double freedom;      /* of those left */
+    double columns;      /* of the term */
+    double kept;         /* c: of its fitted values */
+};
 
 struct drawing {
     struct regress_run *run;
@@ -38,7 +53,8 @@ struct drawing {
     double *residuals;     /* [n][P] E times the displacements along the normal */
     double *deviation;     /* [P] of the same: root of the mean square */
     double *weights;       /* [points][n] of the predictions */
-    double *shares;        /* [tests][2][bootstraps] */
+    struct observed *seen; /* [tests] */
+    double *ratios;        /* [tests][bootstraps] x* */
     double *farthest;      /* [points][bootstraps] */
 };
 
@@ -122,6 +138,27 @@ static void fill_residuals(struct drawing *d)
     }
 }
 
+static void observe(struct drawing *d, double *scratch)
+{
+    const struct regress_run *run = d->run;
+    size_t n = run->n;
+
+    for (size_t t = 0; t < run->design->tests; t++) {
+        const struct regress_model *model = &run->models[t];
+        const double *basis = model->basis.vectors;
+        struct observed *seen = &d->seen[t];
+        double beside = regress_quadratic(run, model->reduced - 1, basis + n, scratch);
+        double ratio;
+
+        seen->inside = regress_quadratic(run, model->tested, basis + model->reduced * n, scratch);
+        seen->left = fmax(run->total - beside - seen->inside, 0.0);
+        seen->freedom = (double)regress_model_freedom(model);
+        seen->columns = (double)model->tested;
+        ratio = seen->left > 0.0 ? seen->freedom * seen->inside / seen->left : (double)INFINITY;
+        seen->kept = ratio < RATIO_MAX ? sqrt(fmax(1.0 - seen->columns / ratio, 0.0)) : 1.0;
+    }
+}
+
 static int open_drawing(struct drawing *d)
 {
     struct regress_run *run = d->run;
@@ -138,15 +175,17 @@ static int open_drawing(struct drawing *d)
     d->residuals = srnf_alloc(n, run->points * sizeof(double));
     d->deviation = srnf_alloc(run->points, sizeof(double));
     d->weights = srnf_alloc(points + 1, n * sizeof(double));
-    d->shares = srnf_alloc(2 * tests + 1, run->bootstraps * sizeof(double));
+    d->seen = srnf_alloc(tests + 1, sizeof *d->seen);
+    d->ratios = srnf_alloc(tests + 1, run->bootstraps * sizeof(double));
     d->farthest = srnf_alloc(points + 1, run->bootstraps * sizeof(double));
     if (!scratch || !d->e || !d->projected || !d->cross || !d->own || !d->residuals ||
-        !d->deviation || !d->weights || !d->shares || !d->farthest) {
+        !d->deviation || !d->weights || !d->seen || !d->ratios || !d->farthest) {
         srnf_free(scratch);
         return SRNF_ENOMEM;
     }
     fill_matrices(d, scratch);
     fill_residuals(d);
+    observe(d, scratch);
     srnf_free(scratch);
     return SRNF_OK;
 }
@@ -160,7 +199,8 @@ static void close_drawing(struct drawing *d)
     srnf_free(d->residuals);
     srnf_free(d->deviation);
     srnf_free(d->weights);
-    srnf_free(d->shares);
+    srnf_free(d->seen);
+    srnf_free(d->ratios);
     srnf_free(d->farthest);
 }
 
@@ -175,9 +215,10 @@ static void pick(size_t n, const uint32_t *chosen, const double *v, double *out)
     }
 }
 
-/* The sum of squares that `count` vectors u explain of Y*: M'GM with M = H u + E'S'u. */
+/* The sum of squares that `count` vectors u explain of fitted H Y + S E Y: M'GM with
+   M = fitted H u + E'S'u. */
 static double explained(const struct drawing *d, const struct sample *s, size_t count,
-                        const double *u)
+                        const double *u, double fitted)
 {
     const struct regress_run *run = d->run;
     int n = (int)run->n;
@@ -190,12 +231,12 @@ static double explained(const struct drawing *d, const struct sample *s, size_t 
     }
     cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)count, n, n, 1.0, s->picked, n,
                 d->e, n, 0.0, s->x, n);
-    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)count, n, n, 1.0, u, n,
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)count, n, n, fitted, u, n,
                 d->projected, n, 1.0, s->x, n);
     return regress_quadratic(run, count, s->x, s->scratch);
 }
 
-static void draw_shares(struct drawing *d, const struct sample *s, size_t number)
+static void draw_ratios(struct drawing *d, const struct sample *s, size_t number)
 {
     const struct regress_run *run = d->run;
     size_t n = run->n;
@@ -204,16 +245,20 @@ static void draw_shares(struct drawing *d, const struct sample *s, size_t number
     for (size_t i = 0; i < n; i++) {
         total += 2.0 * d->cross[s->chosen[i] * n + i] + d->own[s->chosen[i]];
     }
-    total -= explained(d, s, 1, run->fit.basis.vectors); /* about the mean */
+    total -= explained(d, s, 1, run->fit.basis.vectors, 1.0); /* about the mean */
     for (size_t t = 0; t < run->design->tests; t++) {
         const struct regress_model *model = &run->models[t];
-        const double *basis = model->basis.vectors;
-        double inside = explained(d, s, model->tested, basis + model->reduced * n);
-        double beside = explained(d, s, model->reduced - 1, basis + n);
-        double *shares = d->shares + 2 * t * run->bootstraps + number;
+        const double *basis = model->basis.vectors, *tested = basis + model->reduced * n;
+        const struct observed *seen = &d->seen[t];
+        double inside = explained(d, s, model->tested, tested, 1.0);
+        double noise = explained(d, s, model->tested, tested, 0.0);
+        double mixed = inside - noise - seen->inside;
+        double left = total - inside - explained(d, s, model->reduced - 1, basis + n, 1.0);
 
-        shares[0] = total > 0.0 ? inside / total : 0.0;
-        shares[run->bootstraps] = total > beside ? inside / (total - beside) : 0.0;
+        inside = seen->kept * (seen->kept * seen->inside + mixed) + noise;
+        inside = inside > 0.0 ? inside : 0.0;
+        d->ratios[t * run->bootstraps + number] =
+            left > inside / RATIO_MAX ? seen->freedom * inside / left : seen->freedom * RATIO_MAX;
     }
 }
 
@@ -286,7 +331,7 @@ static int draw_block(void *argument, size_t index, const struct srnf_context *c
         for (size_t i = 0; i < run->n; i++) {
             s.chosen[i] = stats_below(run->seed, NUMBER + first + k, (uint32_t)i, (uint32_t)run->n);
         }
-        draw_shares(d, &s, first + k);
+        draw_ratios(d, &s, first + k);
         for (size_t j = 0; j < at; j++) {
             pick(run->n, s.chosen, d->weights + j * run->n, s.counts + (k * at + j) * run->n);
         }
@@ -311,15 +356,41 @@ static double quantile(size_t n, const double *sorted, double part)
     return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
 }
 
-static void set_interval(struct srnf_share *share, size_t n, double *drawn)
+/* rest: what t is beside, for the whole. */
+static void set_interval(struct srnf_share *share, const double bounds[2], double rest)
 {
-    double half = 0.5 * (1.0 - LEVEL);
-
-    stats_sort(n, drawn);
-    share->interval[0] = fmax(2.0 * share->value - quantile(n, drawn, 1.0 - half), 0.0);
-    share->interval[1] = fmin(2.0 * share->value - quantile(n, drawn, half), 1.0);
+    for (size_t k = 0; k < 2; k++) {
+        share->interval[k] = bounds[k] < RATIO_MAX * rest ? bounds[k] / (bounds[k] + rest) : 1.0;
+    }
     share->interval[0] = fmin(share->interval[0], share->value);
     share->interval[1] = fmax(share->interval[1], share->value);
+}
+
+static void bound_shares(const struct drawing *d, size_t t)
+{
+    const struct observed *seen = &d->seen[t];
+    struct srnf_regression_test *out = &d->run->out->test_of[t];
+    size_t n = d->run->bootstraps;
+    double *ratios = d->ratios + t * n;
+    double half = 0.5 * (1.0 - LEVEL), bounds[2], ratio, mean, all;
+
+    if (seen->inside > RATIO_MAX * seen->left) { /* nothing is left: no noise */
+        out->r2.interval[0] = out->r2.interval[1] = out->r2.value;
+        out->part.interval[0] = out->part.interval[1] = out->part.value;
+        return;
+    }
+    stats_sort(n, ratios);
+    ratio = seen->left > 0.0 ? seen->freedom * seen->inside / seen->left : 0.0;
+    mean = seen->kept * seen->kept * ratio + seen->columns;
+    for (size_t k = 0; k < 2; k++) {
+        double at = quantile(n, ratios, k == 0 ? 1.0 - half : half);
+        double whole = at > mean / RATIO_MAX ? ratio * mean / at : RATIO_MAX * mean;
+
+        bounds[k] = fmax(whole - seen->columns, 0.0);
+    }
+    all = seen->left > 0.0 ? seen->freedom * d->run->total / seen->left : 1.0;
+    set_interval(&out->part, bounds, seen->columns + seen->freedom);
+    set_interval(&out->r2, bounds, all - fmax(ratio - seen->columns, 0.0));
 }
 
 static void conclude(struct drawing *d)
@@ -328,8 +399,7 @@ static void conclude(struct drawing *d)
     size_t n = run->bootstraps;
 
     for (size_t t = 0; t < run->design->tests; t++) {
-        set_interval(&run->out->test_of[t].r2, n, d->shares + 2 * t * n);
-        set_interval(&run->out->test_of[t].part, n, d->shares + (2 * t + 1) * n);
+        bound_shares(d, t);
     }
     for (size_t k = 0; k < run->design->points; k++) {
         struct srnf_predicted_shape *to = &run->out->predicted[k];

@@ -25,7 +25,8 @@ struct training {
     struct srnf_trained *out;
 };
 
-/* train.c: inner products of the fold of a member, or of all (TRAIN_NOBODY); NULL without memory. */
+/* train.c: inner products of the fold of a member, or of all (TRAIN_NOBODY); NULL without
+   memory. */
 double *train_products(const struct training *t, size_t member);
 
 /* train_calibrate.c: the class of a subject, whose members have one label; the numbers beside

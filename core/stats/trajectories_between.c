@@ -7,8 +7,8 @@
  *     Q(T) = sum of w_i |r_i|^2
  *
  * falls with T, and its expectation at the true T is n - p, whatever S_i: weighted slopes have the
- * variance 1, and P, the projection off the weighted columns, the trace n - p. T is where Q(T) = n - p, and
- * 0 where Q(0) is less (R. Paule, J. Mandel, "Consensus values and weighting factors", Journal of
+ * variance 1, and P, the projection off the weighted columns, the trace n - p. T is where Q(T) is
+ * that, and 0 where Q(0) is less (R. Paule, J. Mandel, "Consensus values and weighting factors", Journal of
  * Research of the National Bureau of Standards 87, 1982). A slope that is known badly, of two
  * visits close together, has little weight in it; squares that all weigh the same would be its own
  * alone. Where all slopes are known as well, this is what is left over n - p, less V / S.

@@ -47,7 +47,8 @@ struct srnf_regress_options {
 };
 struct srnf_regress_options srnf_regress_options_defaults(void);
 
-/* A share of the variance with its 95 % interval by bootstrap. */
+/* A share of the variance, which noise makes larger, with its 95 % interval by bootstrap, which is
+   free of that and holds the value. */
 struct srnf_share {
     double value, interval[2];
 };

@@ -51,14 +51,13 @@ static const struct process_output outputs[] = {
     {"terms", OUTPUT_OBJECTS,
      "[{name, columns, degreesOfFreedom, residualDegreesOfFreedom, f, pValue, pValueIsFloor, "
      "pValueInterval, level (exact or asymptotic, as in compare-groups), r2 and r2Interval (share "
-     "of the variance, 95 %, basic intervals of the bootstrap), partialR2 and partialR2Interval "
-     "(of what the other "
-     "terms leave), leastSignificance, leastFdr, map}]. A term is tested beside all terms that do "
+     "of the variance, too large by what noise explains; 95 %, by bootstrap, without that), "
+     "partialR2 and partialR2Interval (of what the other terms leave), leastSignificance, "
+     "leastFdr, map}]. A term is tested beside all terms that do "
      "not contain it, by residuals permuted under the model without it (Freedman and Lane 1983). "
      "map: significance (corrected for all points by the largest statistic), fdr, pointwiseP (of "
-     "the "
-     "point alone, uncorrected) and statistic (Hotelling and Lawley's trace) on the nTheta x nPhi "
-     "Gauss-Legendre grid."},
+     "the point alone, uncorrected) and statistic (Hotelling and Lawley's trace) on the nTheta x "
+     "nPhi Gauss-Legendre grid."},
     {"model", OUTPUT_OBJECT, "The same of all terms together."},
     {"pairwise", OUTPUT_OBJECTS,
      "[{term, levels, pValue, pValueInterval, correctedP (Holm, of the pairs of the term), r2, "

@@ -126,9 +126,16 @@ for name in subjects:
 slopes, spread = np.array(slopes), np.array(spread)
 x = np.stack([np.ones(len(subjects)), [next(one['label'] == 'patient' for one in members if one['subject'] == s) for s in subjects]], 1)
 within = left / freedom
-hat = x @ np.linalg.pinv(x)
 norm2 = lambda v: (v.reshape(len(v), -1, 3) ** 2 * weights[None, :, None]).sum()
-between = max(norm2(slopes - hat @ slopes) - within * ((1 - np.diag(hat)) / spread).sum(), 0) / (len(x) - 2)
+def squares(between):  # Paule and Mandel's: the degrees of freedom on average
+    root = np.sqrt(1 / (between + within / spread))[:, None]
+    orthonormal, _ = np.linalg.qr(x * root)
+    return norm2(slopes * root - orthonormal @ (orthonormal.T @ (slopes * root)))
+between, most = 0.0, norm2(slopes)
+if squares(0.0) > len(x) - 2:
+    for _ in range(100):
+        middle = (between + most) / 2
+        between, most = (middle, most) if squares(middle) > len(x) - 2 else (between, middle)
 w = 1 / (between + within / spread)
 w /= w.mean()
 b, *_ = np.linalg.lstsq(x * np.sqrt(w)[:, None], slopes * np.sqrt(w)[:, None], rcond=None)

@@ -494,6 +494,38 @@ static void shuffled_covariates_are_found_at_the_level(void **state)
     close_study(&a);
 }
 
+/* Columns of noise, nearly as many as subjects: they explain most of what there is, and of a share
+   of theirs nothing is known. */
+static void columns_of_noise_have_no_share(void **state)
+{
+    enum { NOISY = 11, STUDIES = 40 };
+    struct study a;
+    size_t above = 0;
+
+    (void)state;
+    for (size_t run = 0; run < STUDIES; run++) {
+        struct test_random random = test_random_seed(400 + run);
+        double values[N * NOISY];
+        const struct srnf_nested nested = {0, NOISY, NULL, values};
+        const struct srnf_regress_design design = {
+            .columns = NOISY, .values = values, .tests = 1, .nested = &nested};
+        struct srnf_regression out;
+
+        open_study(&a, 0.0, 900 + run);
+        test_random_normals(&random, N * NOISY, values);
+        assert_int_equal(regress(&a, &design, 1, run, NULL, &out, NULL), SRNF_OK);
+        assert_true(out.test_of[0].r2.value > 0.5);
+        assert_true(out.test_of[0].r2.interval[0] >= 0.0 && out.test_of[0].r2.interval[1] <= 1.0);
+        above += out.test_of[0].r2.interval[0] > 0.0;
+        assert_true((out.test_of[0].r2.interval[0] > 0.0) ==
+                    (out.test_of[0].part.interval[0] > 0.0));
+        srnf_regression_clear(&out);
+        close_study(&a);
+    }
+    printf("# shares of noise above 0: %zu of %d\n", above, STUDIES);
+    assert_in_range(above, 0, 5); /* Binomial(40, .025): beyond with a chance of 3e-4 */
+}
+
 static void results_do_not_depend_on_threads(void **state)
 {
     const double at[COLUMNS] = {40.0, 1.0, 0.0};
@@ -678,6 +710,7 @@ int main(void)
         cmocka_unit_test(two_groups_are_those_of_the_comparison),
         cmocka_unit_test(planted_effect_is_found_and_predicted),
         cmocka_unit_test(shuffled_covariates_are_found_at_the_level),
+        cmocka_unit_test(columns_of_noise_have_no_share),
         cmocka_unit_test(results_do_not_depend_on_threads),
         cmocka_unit_test(stops_when_asked),
         cmocka_unit_test(repeated_subjects_count_once),

@@ -1,7 +1,7 @@
 /*
  * test_typicality.c - how far a surface is from a group: closed leave-one-out values against
- * models that are fitted anew, the angle of a turn, and shapes of another kind, which are beyond the
- * limits (of which test_typicality_limits.c is).
+ * models that are fitted anew, the angle of a turn, and shapes of another kind, which are beyond
+ * the limits (of which test_typicality_limits.c is).
  */
 #include "group.h"
 #include "stats/folds.h"
