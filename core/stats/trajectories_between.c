@@ -8,8 +8,8 @@
  *
  * falls with T, and its expectation at the true T is n - p, whatever S_i: weighted slopes have the
  * variance 1, and P, the projection off the weighted columns, the trace n - p. T is where Q(T) is
- * that, and 0 where Q(0) is less (R. Paule, J. Mandel, "Consensus values and weighting factors", Journal of
- * Research of the National Bureau of Standards 87, 1982). A slope that is known badly, of two
+ * that, and 0 where Q(0) is less (R. Paule, J. Mandel, "Consensus values and weighting factors",
+ * Journal of Research of the National Bureau of Standards 87, 1982). A slope that is known badly, of two
  * visits close together, has little weight in it; squares that all weigh the same would be its own
  * alone. Where all slopes are known as well, this is what is left over n - p, less V / S.
  *
@@ -33,9 +33,8 @@
 
 #define TOLERANCE 1e-13 /* of T + V / S_i of the best known slope */
 #define STEPS 300
-#define NEAREST \
-    1e-6 /* of V / S_i of the best known slope: T comes no nearer to where it has no
-                        variance */
+/* Of V / S_i of the best known slope: T comes no nearer to where it has no variance. */
+#define NEAREST 1e-6
 
 struct profile {
     const struct trajectory_run *run;
@@ -123,22 +122,23 @@ static int find_root(const struct profile *p, double target, double within, doub
     double bound = p->unweighted / target;
     double lowest = within * p->least;
     int status = SRNF_OK;
+    double at = fmax(bound - within * p->most, (NEAREST - 1.0) * lowest);
 
-    *root = fmax(bound - within * p->most, (NEAREST - 1.0) * lowest);
-    for (size_t k = 0; k<STEPS && * root + lowest> 0.0 && within > 0.0; k++) {
+    for (size_t k = 0; k < STEPS && at + lowest > 0.0 && within > 0.0; k++) {
         struct look look;
         double step;
 
-        status = look_at(p, *root, within, false, &look, error);
+        status = look_at(p, at, within, false, &look, error);
         if (status || !(look.q > target)) {
             break;
         }
         step = (look.q - target) / target * look.q / look.fall;
-        *root += step;
-        if (!(step > TOLERANCE * (*root + lowest))) {
+        at += step;
+        if (!(step > TOLERANCE * (at + lowest))) {
             break;
         }
     }
+    *root = at;
     return status;
 }
 
