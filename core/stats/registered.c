@@ -181,9 +181,12 @@ static int measure_one(void *argument, size_t index, const struct srnf_context *
     int status;
 
     stats_pair(pair, &i, &j);
-    status = registration_distance(asked->sht, asked->surfaces[i], asked->surfaces[j],
-                                   run->subjects[i], run->subjects[j], place ? place->tools : NULL,
-                                   asked->options, context, &distance, error);
+    status =
+        place && !place->tools
+            ? stats_fail(error, SRNF_ENOMEM, NULL)
+            : registration_distance(asked->sht, asked->surfaces[i], asked->surfaces[j],
+                                    run->subjects[i], run->subjects[j], place ? place->tools : NULL,
+                                    asked->options, context, &distance, error);
     leave_place(place);
     if (status >= 0) {
         stats_keep(context, asked->series, pair, 1, &distance);

@@ -109,16 +109,16 @@ static bool find_unknown(const char *words, const char *const *known, char word[
     }
 }
 
-/* All jobs here are of the one type that is known. */
-static bool read_type(struct api_call *call)
+static bool read_type(struct api_call *call, struct store_page *page)
 {
-    static const char *const known[] = {"process", NULL};
-    char words[LIST_WORDS_MAX], word[64];
+    char words[LIST_WORDS_MAX];
     const char *given;
 
-    return read_words(call, "type", words, &given) &&
-           (!given || !find_unknown(given, known, word) ||
-            list_refuse_unknown(call, "type", word, known));
+    if (!read_words(call, "type", words, &given)) {
+        return false;
+    }
+    page->nothing = given && !list_has_exactly(given, "process");
+    return true;
 }
 
 static bool read_process_id(struct api_call *call, struct list_filters *filters,
@@ -244,7 +244,7 @@ static bool read_durations(struct api_call *call, struct store_page *page)
 
 bool job_filters_read(struct api_call *call, struct list_filters *filters, struct store_page *page)
 {
-    return read_type(call) && read_process_id(call, filters, page) &&
+    return read_type(call, page) && read_process_id(call, filters, page) &&
            read_status(call, filters, page) && read_datetime(call, page) &&
            read_durations(call, page);
 }

@@ -8,7 +8,6 @@
 
 #include "api/json_memory.h"
 #include "api/json_numbers.h"
-#include "store/model.h"
 
 /* Whether a subject has several members: they are not independent. */
 static bool has_repeated(const json_t *subjects)
@@ -53,17 +52,18 @@ static void set_total(json_t *record, const struct srnf_pca *pca, const json_t *
     srnf_free(values);
 }
 
-void model_set_intervals(json_t *record, const struct store_model *model)
+void model_set_intervals(json_t *record, size_t n, size_t components, double *eigenvalues,
+                         double *scores)
 {
     const json_t *made = json_object_get(record, "madeFrom");
-    const struct srnf_pca pca = {.n = (size_t)model->subjects,
-                                 .components = (size_t)model->components,
-                                 .eigenvalues = model->arrays[STORE_MODEL_EIGENVALUES],
-                                 .scores = model->arrays[STORE_MODEL_SCORES],
+    const struct srnf_pca pca = {.n = n,
+                                 .components = components,
+                                 .eigenvalues = eigenvalues,
+                                 .scores = scores,
                                  .total_variance =
                                      json_number_value(json_object_get(record, "totalVariance"))};
     bool repeated = has_repeated(json_object_get(made, "subjects"));
-    json_t *eigenvalues = json_array(), *explained = json_array();
+    json_t *values = json_array(), *explained = json_array();
 
     for (size_t k = 0; k < pca.components; k++) {
         double of_value[2] = {NAN, NAN}, of_share[2] = {NAN, NAN};
@@ -71,10 +71,10 @@ void model_set_intervals(json_t *record, const struct store_model *model)
         if (!repeated) {
             srnf_pca_interval(&pca, k, of_value, of_share);
         }
-        (void)json_array_append_new(eigenvalues, interval_or_null(of_value));
+        (void)json_array_append_new(values, interval_or_null(of_value));
         (void)json_array_append_new(explained, interval_or_null(of_share));
     }
-    (void)json_object_set_new(record, "eigenvalueIntervals", eigenvalues);
+    (void)json_object_set_new(record, "eigenvalueIntervals", values);
     (void)json_object_set_new(record, "explainedIntervals", explained);
     set_total(record, &pca, repeated ? NULL : json_object_get(made, "distances"));
 }

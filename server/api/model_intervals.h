@@ -6,10 +6,9 @@
 
 #include "api/handler.h"
 
-struct store_model; /* store/model.h */
-
-/* eigenvalueIntervals, explainedIntervals and totalVarianceInterval, from the arrays of eigenvalues
-   and scores, and from totalVariance and madeFrom, which record has. */
-void model_set_intervals(json_t *record, const struct store_model *model);
+/* eigenvalueIntervals, explainedIntervals and totalVarianceInterval of n subjects, from arrays of
+   eigenvalues and scores, and from totalVariance and madeFrom, which record has. */
+void model_set_intervals(json_t *record, size_t n, size_t components, double *eigenvalues,
+                         double *scores);
 
 #endif

@@ -140,7 +140,8 @@ static void set_spectrum(json_t *record, const struct store_model *model)
                               json_vector(eigenvalues, (size_t)model->components));
     (void)json_object_set_new(record, "explained", explained);
     (void)json_object_set_new(record, "cumulative", cumulative);
-    model_set_intervals(record, model);
+    model_set_intervals(record, (size_t)model->subjects, (size_t)model->components,
+                        model->arrays[STORE_MODEL_EIGENVALUES], model->arrays[STORE_MODEL_SCORES]);
 }
 
 /* [subjects][components], of as many components as SURFACE_JSON_NUMBERS_MAX numbers allow. */

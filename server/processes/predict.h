@@ -113,13 +113,6 @@ int predict_mirrored(struct jobs_run *run, const struct srnf_sht *sht,
 int predict_place(struct jobs_run *run, const struct group_input *group, const struct kept *kept,
                   struct predict_answer *answer, struct jobs_result *result);
 
-/* predict_doubts.c: why there is no assessment of members with labels; one surface as two parts of
-   a subject. */
-void predict_warn_unassessed(json_t *warnings, const struct group_input *group,
-                             const struct kept *kept, const struct predict_answer *answer);
-void predict_warn_repeats(json_t *warnings, const struct group_input *group,
-                          const struct kept *kept, const struct predict_answer *answer);
-
 /* predict_result.c: the result document; NULL with the problem set. */
 json_t *predict_document(struct jobs_run *run, const struct group_input *group,
                          const struct kept *kept, const struct predict_answer *answer,

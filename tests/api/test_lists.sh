@@ -113,7 +113,6 @@ wrong() { # QUERY POINTER DETAIL WHAT
 wrong "meshes?sort=name&cursor=$CURSOR" /cursor 'sort=-name' 'a cursor of another order'
 wrong 'meshes?sort=naem' /sort 'did you mean name\? Known: created, name, process' 'an unknown order'
 wrong 'jobs?status=succesful' /status 'did you mean successful\?' 'an unknown status'
-wrong 'jobs?type=proces' /type 'did you mean process\?' 'an unknown type'
 wrong 'jobs?process=encod' /process 'did you mean encode\?' 'an unknown process'
 wrong 'jobs?mesh=surf-00000000000000000000000000000000' /mesh 'id of a mesh' 'a surface as a mesh'
 wrong 'meshes?cohort=a/b' /cohort 'name of a cohort' 'no name of a cohort'
