@@ -10,7 +10,8 @@
  * variance 1, and P, the projection off the weighted columns, the trace n - p. T is where Q(T) is
  * that, and 0 where Q(0) is less (R. Paule, J. Mandel, "Consensus values and weighting factors",
  * Journal of Research of the National Bureau of Standards 87, 1982). A slope that is known badly,
- * of two visits close together, has little weight in it; squares that all weigh the same would be its own
+ * of two visits close together, has little weight in it; squares that all weigh the same would be
+ * its own
  * alone. Where all slopes are known as well, this is what is left over n - p, less V / S.
  *
  * 1 / Q is concave: with Y the slopes off the columns, Q = tr Y' (T + D)^(-1) Y, D fixed, a sum of
