@@ -1,5 +1,6 @@
 /*
- * text.h - sentences in UTF-8 that have no room for all of them, and nouns after a number.
+ * text.h - sentences in UTF-8 that have no room for all of them, nouns after a number, names of
+ * files.
  */
 #ifndef SRNFD_TEXT_H
 #define SRNFD_TEXT_H
@@ -12,6 +13,14 @@
 static inline const char *plural(size_t n)
 {
     return n == 1 ? "" : "s";
+}
+
+/* What follows the last slash of a path. */
+static inline const char *text_base(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+
+    return slash ? slash + 1 : path;
 }
 
 #define TEXT_EACH(byte) (UINT64_C(0x0101010101010101) * (byte)) /* eight of the byte */

@@ -234,6 +234,9 @@ int stats_registered_distances(const struct stats_registered *asked, size_t coun
                      ? SRNF_OK
                      : stats_fail(error, SRNF_ENOMEM, NULL);
 
+    for (size_t k = 0; k < PLACES; k++) {
+        atomic_flag_clear(&run.places[k].taken);
+    }
     if (status == SRNF_OK) {
         size_t left = list_items(&run, count, pairs, context);
 

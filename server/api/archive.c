@@ -22,6 +22,7 @@
 #include "api/delimited.h"
 #include "jobs/memory.h"
 #include "srnf.h"
+#include "text.h"
 
 #define BLOCK ((size_t)64 << 10)
 #define ENTRY_COST ((size_t)400) /* bytes that libarchive keeps of an entry of a zip's directory */
@@ -290,13 +291,6 @@ static enum archive_status refuse(struct archive_file *file, const char *code, c
     return ARCHIVE_REFUSED;
 }
 
-static const char *base_of(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-
-    return slash ? slash + 1 : path;
-}
-
 /* Whether the entry is taken, by what its head says. */
 static enum archive_status judge(struct archive_reader *reader, struct archive_entry *entry,
                                  const char *path, struct archive_file *file)
@@ -305,7 +299,7 @@ static enum archive_status judge(struct archive_reader *reader, struct archive_e
     const char *problem = path ? archive_path_problem(path) : "its name cannot be read";
 
     (void)snprintf(file->path, sizeof file->path, "%s", path ? path : "?");
-    if (reader->limits.only && strcmp(base_of(file->path), reader->limits.only) != 0) {
+    if (reader->limits.only && strcmp(text_base(file->path), reader->limits.only) != 0) {
         return ARCHIVE_PASSED;
     }
     if (problem || strlen(path) >= sizeof file->path) {

@@ -75,6 +75,9 @@ struct problem_list {
     json_t *errors; /* array of the first PROBLEMS_MAX, or NULL while there are none */
     size_t count;   /* of all that were added */
 };
+/* Pointer to a member of what `at` points to: RFC 6901 has its own way to write tildes and slashes.
+   What does not fit is cut. */
+void problem_point(const char *at, const char *name, char *pointer, size_t size);
 void problem_add(struct problem_list *list, const char *pointer, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 /* The same with a document of problem_json that has more members; it is taken over. */

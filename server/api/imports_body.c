@@ -12,12 +12,13 @@
 #include "api/archive.h"
 #include "api/multipart.h"
 #include "srnf.h"
+#include "text.h"
 
 /* Names of what programs for archives and folders leave behind. */
 static bool is_left_behind(const char *path)
 {
     static const char *const names[] = {".DS_Store", "Thumbs.db", "desktop.ini"};
-    const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
+    const char *base = text_base(path);
     bool left = strncmp(path, "__MACOSX/", 9) == 0 || strncmp(base, "._", 2) == 0;
 
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {

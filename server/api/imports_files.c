@@ -18,6 +18,7 @@
 #include "store/mesh.h"
 #include "store/store.h"
 #include "store/volume.h"
+#include "text.h"
 
 #define COST ((size_t)3072) /* of the row and the answer of a file */
 
@@ -73,7 +74,7 @@ static void take_table(struct import *import, const struct import_given *given)
 
 void import_name_of(const char *path, char name[NAME_SIZE])
 {
-    const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
+    const char *base = text_base(path);
     const char *dot = strrchr(base, '.');
     size_t length = dot && dot > base ? (size_t)(dot - base) : strlen(base);
 
@@ -134,7 +135,7 @@ static struct import_file *add_file(struct import *import, const char *path)
     if (!file->path) {
         return NULL;
     }
-    file->base = strrchr(file->path, '/') ? strrchr(file->path, '/') + 1 : file->path;
+    file->base = text_base(file->path);
     import->n_files++;
     return file;
 }

@@ -265,6 +265,19 @@ void problem_respond_document(struct api_call *call, json_t *document)
     (void)respond_problem(call->response, document, problem_status(code));
 }
 
+void problem_point(const char *at, const char *name, char *pointer, size_t size)
+{
+    size_t used = (size_t)snprintf(pointer, size, "%s/", at);
+
+    for (const char *c = name; *c && used + 3 < size; c++) {
+        used += (size_t)snprintf(pointer + used, size - used, "%s%.1s",
+                                 *c == '~'   ? "~0"
+                                 : *c == '/' ? "~1"
+                                             : "",
+                                 *c == '~' || *c == '/' ? "" : c);
+    }
+}
+
 void problem_add(struct problem_list *list, const char *pointer, const char *format, ...)
 {
     char detail[DETAIL_MAX];

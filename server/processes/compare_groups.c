@@ -81,8 +81,7 @@ static const struct process_output outputs[] = {
      "local difference (Hotelling's T2 of the displacements), corrected for all points by the "
      "largest statistic; fdr: least false discovery rate, by area, at which the point is reported; "
      "effect: length of the mean displacement, for surfaces of area 1; pointwiseP: permutation p "
-     "of "
-     "the point alone, uncorrected."},
+     "of the point alone, uncorrected."},
     {"surface", OUTPUT_OBJECT,
      "Record of the mean surface; its meshes carry significance, fdr, effect and normalEffect "
      "(outward positive), both for surfaces of area 1, pointwiseP and statistic at every vertex."},

@@ -103,9 +103,8 @@ bool paired_share_times(const json_t *members, const size_t *of);
          "surfaces, as those above."},                                                             \
         {"share", PAIRED_ESTIMATE,                                                                 \
          "{value, interval}: share of the mean in the squares of all differences, in L2 of "       \
-         "SRNFs. The value is too large by what noise explains, which the interval is free of: "   \
-         "in "                                                                                     \
-         "small groups it lies near the upper end."},                                              \
+         "SRNFs. The value is too large by what noise explains, which the interval is free "       \
+         "of: in small groups it lies near the upper end."},                                       \
         {"perSubject", PAIRED_SUBJECTS,                                                            \
          "[{subject, sizes (roots of areas, of both), length (root of the mean square of its "     \
          "displacement), deviation (of that from the mean of the other subjects), along (its "     \

@@ -20,7 +20,10 @@ static void set_pointer(const struct design_build *build, size_t index, const ch
     const char *where = build->where;
 
     if (where[strlen(where) - 1] == '/') {
-        (void)snprintf(pointer, POINTER_SIZE, "%.40s%zu/%.80s", where, index, name);
+        char point[POINTER_SIZE];
+
+        (void)snprintf(point, sizeof point, "%.80s%zu", where, index);
+        problem_point(point, name, pointer, POINTER_SIZE);
     } else {
         (void)snprintf(pointer, POINTER_SIZE, "%s", where);
     }

@@ -15,20 +15,6 @@
 
 /* ---- Inputs ---------------------------------------------------------------------------------- */
 
-/* Of a part: RFC 6901 has its own way to write tildes and slashes. */
-static void write_pointer(const char *at, const char *name, char *pointer, size_t size)
-{
-    size_t used = (size_t)snprintf(pointer, size, "%s/", at);
-
-    for (const char *c = name; *c && used + 3 < size; c++) {
-        used += (size_t)snprintf(pointer + used, size - used, "%s%.1s",
-                                 *c == '~'   ? "~0"
-                                 : *c == '/' ? "~1"
-                                             : "",
-                                 *c == '~' || *c == '/' ? "" : c);
-    }
-}
-
 json_t *subject_read_parts(struct process_inputs *inputs, json_t *value, const char *at)
 {
     json_t *canonical, *surface;
@@ -48,7 +34,7 @@ json_t *subject_read_parts(struct process_inputs *inputs, json_t *value, const c
         char pointer[2 * NAME_MAX_BYTES];
         const char *id;
 
-        write_pointer(at, name, pointer, sizeof pointer);
+        problem_point(at, name, pointer, sizeof pointer);
         id = inputs_surface_at(inputs, surface, pointer, &degree);
         if (id) {
             (void)json_object_set_new(canonical, name, json_string(id));

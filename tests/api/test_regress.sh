@@ -304,6 +304,7 @@ refused 'shape ~ log(scale(age))' 'log.scale.age.. of member 0 .* is not finite:
 refused 'shape ~ exp(exp(age))' 'exp.exp.age.. of member 0 .* is not finite: exp.age. is 2.35.*e[+]17 there, of which exp makes a number too large'
 refused 'shape ~ log(age)' '/inputs/at/0/age log.age. is not finite: age is -3 there, and log takes numbers above 0' ',"at":[{"age":-3}]'
 refused 'shape ~ log(age)' '/inputs/at/0/age "age" must be a number' ',"at":[{"age":"x"}]'
+refused 'shape ~ age' '/inputs/at/0/a~1b "a/b" is no covariate of the formula' ',"at":[{"a/b":1}]'
 refused 'shape ~ C(zone) * C(shift)' '422 /inputs/formula no member has zone "v" and shift "n" together, so that C.zone.:C.shift. cannot be fitted: leave this interaction out'
 refused 'shape ~ away + site' '422 /inputs/formula the column away hardly differs between members, from 100000000000.* center.x.'
 refused 'shape ~ tiny' '422 /inputs/formula the numbers of the column tiny differ by .*e-199 at most, and differences from 1e-100 .* in another unit'
