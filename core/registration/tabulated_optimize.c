@@ -33,8 +33,12 @@ static int open_vectors(struct vectors *v, const struct tabulated_optimizer *o)
     size_t k = registration_unknowns(o->fields->degree);
     double *memory = srnf_alloc(5 * k, sizeof(double));
 
+    *v = (struct vectors){0};
+    if (!memory) {
+        return SRNF_ENOMEM;
+    }
     *v = (struct vectors){memory, memory + k, memory + 2 * k, memory + 3 * k, memory + 4 * k, {0}};
-    return memory ? secant_create(&v->secant, o->level->unknowns) : SRNF_ENOMEM;
+    return secant_create(&v->secant, o->level->unknowns);
 }
 
 static void close_vectors(struct vectors *v)
