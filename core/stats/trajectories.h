@@ -44,6 +44,9 @@ SRNF_CHECKED int trajectory_lines(struct trajectory_run *run, const struct srnf_
                                   struct srnf_error *error);
 /* trajectories_weights.c: variances, weights and the weighted design. */
 SRNF_CHECKED int trajectory_weigh(struct trajectory_run *run, struct srnf_error *error);
+/* trajectories_within.c: how far visits lie off their lines, `within`; with its interval, NAN with
+   fewer than 3 degrees of freedom. */
+SRNF_CHECKED int trajectory_within(struct trajectory_run *run, struct srnf_error *error);
 /* trajectories_between.c: how much slopes differ, from `within`; with its interval. */
 SRNF_CHECKED int trajectory_between(struct trajectory_run *run, struct srnf_error *error);
 /* trajectories_model.c: the mean slope, the model of slopes, and predicted surfaces. */

@@ -143,6 +143,24 @@ static int find_root(const struct profile *p, double target, double within, doub
     return status;
 }
 
+/* T for the upper and the lower end of V: where visits tell nothing of V, it may be 0 or so much
+   that slopes need not differ. roots: as for all V on entry, where V is none. */
+static int find_ends_of_within(const struct profile *p, double roots[2], struct srnf_error *error)
+{
+    const struct srnf_trajectories *out = p->run->out;
+    bool known = isfinite(out->within_interval[0]);
+    int status;
+
+    if (out->freedom == 0) {
+        return SRNF_OK;
+    }
+    roots[0] = -INFINITY;
+    status = known ? find_root(p, p->freedom, out->within_interval[1], &roots[0], error) : SRNF_OK;
+    return status
+               ? status
+               : find_root(p, p->freedom, known ? out->within_interval[0] : 0.0, &roots[1], error);
+}
+
 static int find_interval(const struct profile *p, double root, struct srnf_error *error)
 {
     struct srnf_trajectories *out = p->run->out;
@@ -161,9 +179,7 @@ static int find_interval(const struct profile *p, double root, struct srnf_error
         status = status ? status
                         : find_root(p, p->freedom / look.interval[1], out->within, &ends[1], error);
     }
-    for (size_t k = 0; k < 2 && out->freedom > 0 && status == SRNF_OK; k++) {
-        status = find_root(p, p->freedom, out->within_interval[1 - k], &within[k], error);
-    }
+    status = status ? status : find_ends_of_within(p, within, error);
     out->between_interval[0] = fmax(root - hypot(root - ends[0], root - within[0]), 0.0);
     out->between_interval[1] = fmax(root + hypot(ends[1] - root, within[1] - root), 0.0);
     return status;

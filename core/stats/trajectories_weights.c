@@ -1,16 +1,7 @@
 /*
  * trajectories_weights.c - what each slope weighs in the second stage: formulae in trajectories.c.
- *
- * Squared norms of whole surfaces are sums of very different squares, of unknown degrees of
- * freedom, so that their variance is taken from how subjects differ. V = sum l_i / sum f_i is a
- * ratio, with the standard error s,
- *
- *     s^2 = n / (n - 1) sum (l_i - V f_i)^2 / (sum f_i)^2,
- *
- * and the interval V exp(-+ t s / V), t of Student's distribution with n - 1 degrees of freedom. Of
- * two visits of each V is not known, and has no interval. T is found in trajectories_between.c.
+ * V is found in trajectories_within.c, T in trajectories_between.c.
  */
-#include "intervals.h"
 #include "trajectories.h"
 
 #include <math.h>
@@ -33,31 +24,6 @@ static int average_design(struct trajectory_run *run)
         }
     }
     return regress_average_nested(design, s, run->nested, run->nested_values);
-}
-
-static void find_within(struct trajectory_run *run)
-{
-    struct srnf_trajectories *out = run->out;
-    double freedom = (double)out->freedom;
-    double left = 0.0;
-    double squares = 0.0;
-
-    out->within_interval[0] = out->within_interval[1] = NAN;
-    for (size_t i = 0; i < run->n; i++) {
-        left += run->left[i];
-    }
-    out->within = out->freedom > 0 ? left / freedom : 0.0;
-    for (size_t i = 0; i < run->n; i++) {
-        double off = run->left[i] - out->within * (double)(run->subjects.size[i] - 2);
-
-        squares += off * off;
-    }
-    if (out->freedom > 0) {
-        double n = (double)run->n;
-
-        intervals_log(out->within, sqrt(n / (n - 1.0) * squares) / freedom, n - 1.0,
-                      out->within_interval);
-    }
 }
 
 static void set_weights(struct trajectory_run *run)
@@ -96,7 +62,7 @@ int trajectory_weigh(struct trajectory_run *run, struct srnf_error *error)
     size_t columns = run->design->columns;
     int status = average_design(run);
 
-    find_within(run);
+    status = status ? status : trajectory_within(run, error);
     status = status ? status : trajectory_between(run, error);
     if (status) {
         return status;

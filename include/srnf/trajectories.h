@@ -89,7 +89,8 @@ struct srnf_trajectories {
        slope that is known badly hides nothing; 0 only where slopes differ less than that makes
        them. */
     double within, between;
-    /* 95 %: core/stats/trajectories_weights.c; where the weighted squares are between their
+    /* 95 %: core/stats/trajectories_within.c, NAN with fewer than 3 degrees of freedom, of which
+       nothing is known then by those of T; where the weighted squares are between their
        quantiles (W. Viechtbauer, "Confidence intervals for the amount of heterogeneity in
        meta-analysis", 2007; core/stats/trajectories_between.c). */
     double within_interval[2], between_interval[2];

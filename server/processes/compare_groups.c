@@ -182,7 +182,8 @@ const struct api_process compare_process = {
     .methods = "[All shapes were registered elastically to their mean. ]The means of two groups of "
                "shapes were compared in the space of square-root normal "
                "fields (SRNFs) by a permutation test of their distance; p at each point of the map "
-               "is corrected for all points by the maximum statistic",
+               "is corrected for all points by the maximum statistic; the interval of the distance "
+               "is from the distribution of its norm",
     .table = &table,
     .seconds = compare_seconds,
 };

@@ -168,7 +168,8 @@ const struct api_process regress_process = {
         "normal fields (SRNFs) of the shapes was fitted; terms "
         "were tested by permutation of residuals under the reduced model (Freedman and Lane), "
         "maps controlled by the maximum statistic and by the false discovery rate, and "
-        "shares of the variance have intervals by bootstrap",
+        "shares of the variance have intervals by bootstrap of residuals, norms of coefficients "
+        "from their distribution",
     .table = &table,
     .seconds = regress_seconds,
 };

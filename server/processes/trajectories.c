@@ -79,7 +79,8 @@ static const struct process_output outputs[] = {
      "(1982): a slope of visits close together counts little. 0 only where slopes differ less than "
      "within makes them; with two visits of each subject all of their variance."},
     {"withinInterval", "\"type\":[\"array\",\"null\"],\"items\":{" OUTPUT_NUMBER "}",
-     "95 % of within, from how subjects differ; null where within is."},
+     "95 % of within, from the directions that visits scatter in and from how subjects differ; "
+     "null with fewer than three degrees of freedom (visits beyond the second of each subject)."},
     {"betweenInterval", OUTPUT_NUMBERS,
      "95 % of between, by the profile of Paule and Mandel's sum (Viechtbauer 2007) with what "
      "within is uncertain by; from 0 on where it need not be there."},
@@ -250,11 +251,14 @@ const struct api_process trajectories_process = {
     .methods = "[All shapes were registered elastically to their mean. ]A line was fitted to the "
                "square-root normal fields (SRNFs) of each subject's "
                "visits by least squares, and its slope regressed on the subjects' covariates, "
-               "weighted by how well each slope is known (two-stage least squares); the mean slope "
+               "weighted by how well each slope is known (two-stage least squares; the variance of "
+               "slopes by the method of Paule and Mandel); the mean slope "
                "was tested by sign flips of whole subjects, terms by permutation of residuals "
                "under the reduced model (Freedman and Lane), maps controlled by the maximum "
-               "statistic and by the false discovery rate; intervals are by bootstrap of subjects, "
-               "that of the mean slope from the distribution of its norm",
+               "statistic and by the false discovery rate; intervals of shares of terms are by "
+               "bootstrap of residuals, that of the mean slope from the distribution of its norm, "
+               "those of variances from that of sums of squares, weighted ones for slopes (the "
+               "Q-profile method of Viechtbauer)",
     .table = &table,
     .seconds = regress_seconds,
 };

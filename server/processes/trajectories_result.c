@@ -157,9 +157,9 @@ json_t *trajectories_document(struct jobs_run *run, const struct trajectories *a
     (void)json_object_set_new(document, "weighted", json_boolean(found->weighted));
     (void)json_object_set_new(document, "within",
                               found->freedom ? json_finite(found->within) : json_null());
-    (void)json_object_set_new(document, "withinInterval",
-                              found->freedom ? json_vector(found->within_interval, 2)
-                                             : json_null());
+    (void)json_object_set_new(
+        document, "withinInterval",
+        isfinite(found->within_interval[0]) ? json_vector(found->within_interval, 2) : json_null());
     (void)json_object_set_new(document, "between", json_finite(found->between));
     (void)json_object_set_new(document, "betweenInterval", json_vector(found->between_interval, 2));
     (void)json_object_set_new(document, "perSubject", subjects_json(asked, found, points, scale));

@@ -238,6 +238,53 @@ static void equal_visits_leave_the_moments(void **state)
     lines_close(&l);
 }
 
+/* Leaves the third visit of the first few subjects alone. */
+static void drop_visits(struct lines *l, size_t more)
+{
+    size_t kept = 0;
+
+    for (size_t i = 0; i < l->members; i++) {
+        size_t visit = i % 3;
+
+        if (visit == 2 && i / 3 >= more) {
+            continue;
+        }
+        memmove(l->q + kept * l->size, l->q + i * l->size, l->size * sizeof(double));
+        l->times[kept] = l->times[i];
+        l->subjects[kept] = kept - visit;
+        l->columns[kept++] = l->columns[i];
+    }
+    l->visits.n = kept;
+}
+
+/* One or two visits more than lines need say what V is about, and not how far that is known: T may
+   be 0 for all of it. Three begin to say it. */
+static void few_visits_leave_the_variances_open(void **state)
+{
+    const struct lines_plan plan = {12, false, 0.1, 0.0, 0.1, 0.005, 4};
+
+    (void)state;
+    for (size_t more = 0; more <= 3; more++) {
+        struct srnf_trajectories out;
+        struct lines l;
+
+        lines_open(&l, &plan);
+        drop_visits(&l, more);
+        assert_int_equal(lines_fit(&l, 9, 1, NULL, &out), SRNF_OK);
+        assert_int_equal(out.freedom, more);
+        assert_true(isfinite(out.within) && (out.within > 0.0) == (more > 0));
+        assert_true(isfinite(out.within_interval[0]) == (more == 3));
+        assert_true(isfinite(out.within_interval[1]) == (more == 3));
+        assert_true(out.between > 0.0 && out.between < out.between_interval[1]);
+        assert_true(isfinite(out.between_interval[1]));
+        if (more == 1 || more == 2) {
+            assert_true(out.between_interval[0] == 0.0);
+        }
+        srnf_trajectories_clear(&out);
+        lines_close(&l);
+    }
+}
+
 /* Two visits of one of 12 subjects, the nearer together the less its slope says: what is known of
    the others stays. */
 static void a_brief_subject_hides_nothing(void **state)
@@ -720,6 +767,7 @@ int main(void)
         cmocka_unit_test(numbers_are_those_of_least_squares),
         cmocka_unit_test(equal_visits_leave_the_moments),
         cmocka_unit_test(a_brief_subject_hides_nothing),
+        cmocka_unit_test(few_visits_leave_the_variances_open),
         cmocka_unit_test(p_is_that_of_all_flips),
         cmocka_unit_test(p_of_groups_is_that_of_all_choices),
         cmocka_unit_test(surfaces_that_are_known_are_not_searched),

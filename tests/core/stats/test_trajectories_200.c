@@ -35,6 +35,7 @@ static size_t count_missed(const struct variances *v, const char *name)
         below += v->interval[run][1] < mean;
     }
     printf("# variance %s: %zu intervals above the mean, %zu below\n", name, above, below);
+    assert_true(above <= 12 && below <= 12); /* Binomial(200, .025): more with a chance of 1e-3 */
     return above + below;
 }
 
