@@ -37,12 +37,15 @@ struct wanted {
     double **values;
 };
 
-static bool all_finite(size_t n, const double *values)
+/* Of fields, surfaces and scores: squares of such sizes, and sums of those, are doubles still. */
+#define LARGEST 1e120
+
+static bool all_within(size_t n, const double *values, double least, double largest)
 {
     bool good = true;
 
     for (size_t i = 0; i < n; i++) {
-        good = good && isfinite(values[i]);
+        good = good && values[i] >= least && values[i] <= largest;
     }
     return good;
 }
@@ -180,7 +183,7 @@ bool import_restore_surface(struct import *import, const json_t *record, const c
 
         read_npz(given, wanted, surface.maps.count ? 2 : 1);
         good = check_surface(&surface, id) &&
-               all_finite(surface.coefficient_count, surface.coefficients);
+               all_within(surface.coefficient_count, surface.coefficients, -LARGEST, LARGEST);
     }
     if (good) {
         (void)snprintf(surface.id, sizeof surface.id, "%s", id);
@@ -278,15 +281,22 @@ static bool names_differ(struct import *import, const struct store_model *model)
     return good;
 }
 
-/* Whether the arrays hold numbers, and the record fits them. */
+/* Whether the arrays hold numbers that can be computed with, and the record fits them. */
 static bool is_usable(const struct store_model *model, struct compute_joint *joint)
 {
+    static const double ends[STORE_MODEL_ARRAYS][2] = {
+        [STORE_MODEL_MEAN_Q] = {-LARGEST, LARGEST},
+        [STORE_MODEL_MODES] = {-LARGEST, LARGEST},
+        [STORE_MODEL_EIGENVALUES] = {0.0, LARGEST * LARGEST},
+        [STORE_MODEL_SCORES] = {-LARGEST, LARGEST},
+        [STORE_MODEL_CALIBRATION] = {0.0, LARGEST},
+    };
     bool good = true;
 
     for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
         good = good &&
-               (!model->arrays[i] ||
-                all_finite(store_model_count(model, (enum store_model_array)i), model->arrays[i]));
+               (!model->arrays[i] || all_within(store_model_count(model, (enum store_model_array)i),
+                                                model->arrays[i], ends[i][0], ends[i][1]));
     }
     return good && model_joint(model, joint);
 }

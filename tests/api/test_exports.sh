@@ -221,7 +221,7 @@ for process in project score; do
 done
 
 # Ids are hashes that anybody can make: a model must also be one.
-for what in record infinite parts mean degree; do
+for what in record infinite huge downward negative parts mean degree; do
     tests/support/forge_model.py "$SCRATCH/model.zip" "$SCRATCH/forged.zip" "$what" >"$SCRATCH/forged"
     post /v1/imports --data-binary "@$SCRATCH/forged.zip" --header 'Content-Type: application/zip'
     is "$STATUS $(json '.refused[0].code')" "422 $([ $what = mean ] && echo no-such-surface || echo not-as-described)" \

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """forge_model.py IN.zip OUT.zip WHAT [PATTERN BY] - the zip of a model with one thing changed, under the id that follows.
 
-WHAT is record (no object), infinite (a number of the mean field), parts (which the numbers do not fit), mean (a surface
-that nobody has), degree (that of the model), alone (the model without its surfaces), replace (the first match of a regular
-expression in the record, by another text) or everywhere (all matches). An id is a hash that anybody can make.
+WHAT is record (no object), infinite (a number of the mean field), huge (a score), downward (an eigenvalue), negative (a
+calibrated norm), parts (which the numbers do not fit), mean (a surface that nobody has), degree (that of the model), alone
+(the model without its surfaces), replace (the first match of a regular expression in the record, by another text) or
+everywhere (all matches). An id is a hash that anybody can make.
 """
 
 import hashlib
@@ -15,6 +16,13 @@ import sys
 import zipfile
 
 ARRAYS = ["mean_q.npy", "modes.npy", "eigenvalues.npy", "scores.npy", "calibration.npy"]
+
+NUMBERS = {
+    "infinite": ("mean_q.npy", float("inf")),
+    "huge": ("scores.npy", -1e308),
+    "downward": ("eigenvalues.npy", -1.0),
+    "negative": ("calibration.npy", -1.0),
+}
 
 
 def main(source, target, what, pattern="", by=""):
@@ -30,8 +38,9 @@ def main(source, target, what, pattern="", by=""):
     identity = re.sub(r'"job":"job-[0-9a-f-]*",', "", model["record"])
     if what == "record":
         model["record"], identity = "null", ""
-    elif what == "infinite":
-        arrays["mean_q.npy"][-8:] = struct.pack("<d", float("inf"))
+    elif what in NUMBERS:
+        array, value = NUMBERS[what]
+        arrays[array][-8:] = struct.pack("<d", value)
     elif what == "parts":
         model["record"] = identity = '{"parts":[null,null]}'
     elif what == "degree":
