@@ -170,6 +170,7 @@ static int serve(int n_arguments, char **arguments)
     received = wait_for_signal(&service, &signals);
     log_stop();
     notify_manager("STOPPING=1");
+    jobs_drain(service.jobs); /* no job starts after the word */
     LOG("draining", log_text("signal", received == SIGTERM ? "SIGTERM" : "SIGINT"));
     service_stop(&service, config.grace_seconds);
     LOG("stopped", log_number("status", 0));

@@ -284,7 +284,8 @@ static void give_back(struct worker_slot *slot, const struct lease *lease)
         &(struct link_request){
             .method = "DELETE", .path = path, .secret = lease->secret, .seconds = REQUEST_SECONDS},
         &answer);
-    LOG("task-returned", log_text("task", lease->task));
+    LOG(answer.status == 204 ? "task-returned" : "task-dropped", log_text("task", lease->task),
+        log_number("status", (double)answer.status));
     link_answer_clear(&answer);
 }
 
