@@ -16,13 +16,13 @@
 
 #include <math.h>
 
-#define FREEDOM_MIN 3      /* as for all intervals of intervals.c */
+#define FREEDOM_MIN 3             /* as for all intervals of intervals.c */
 #define VISITS_MAX ((size_t)4000) /* of whom all pairs are compared */
 
 struct within {
     const struct trajectory_run *run;
-    size_t count;   /* visits of subjects with three or more */
-    double differ;  /* variance of V over its square, from how subjects differ */
+    size_t count;  /* visits of subjects with three or more */
+    double differ; /* variance of V over its square, from how subjects differ */
 };
 
 /* What the lines leave of those visits, with the roots of the weights: [count][3][P]. */

@@ -1,5 +1,5 @@
 /*
- * study_table.c - from a table to members of a cohort.
+ * study_table.c - reading the table of a study.
  *
  * A column is read as a whole: 1 and 2 among words are words, and a subject 007 keeps its zeros. A
  * comma within a number is a decimal comma where cells are separated by semicolons or tabs, as
@@ -7,24 +7,16 @@
  * two numbers, and is refused; so is a column with points in some cells and commas in others, and
  * one of 1.200 beside one of 1,5.
  */
-#include "api/study_table.h"
+#include "api/study_cells.h"
 
-#include <ctype.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
-#include "api/alike.h"
 #include "api/cohorts.h"
 #include "api/numerals.h"
-#include "api/warnings.h"
-#include "text.h"
-
-#define NUMBER_MAX 64  /* bytes of the longest number that is read */
-#define STRAYS_SHOWN 3 /* different texts among numbers that a warning quotes */
 
 static bool wrong(char problem[DELIMITED_PROBLEM_MAX], const char *format, ...)
     __attribute__((format(printf, 2, 3)));
@@ -36,40 +28,6 @@ static bool wrong(char problem[DELIMITED_PROBLEM_MAX], const char *format, ...)
     (void)vsnprintf(problem, DELIMITED_PROBLEM_MAX, format, arguments);
     va_end(arguments);
     return false;
-}
-
-static bool says_nothing(const char *cell)
-{
-    return !cell[0] || strcasecmp(cell, "NA") == 0 || strcasecmp(cell, "N/A") == 0 ||
-           strcasecmp(cell, "NaN") == 0;
-}
-
-/* [+-]digits[mark digits][e[+-]digits] and nothing else. */
-static bool is_number(const char *cell, char mark)
-{
-    const char *at = cell + (*cell == '+' || *cell == '-');
-    size_t digits = strspn(at, "0123456789");
-
-    at += digits;
-    if (*at == mark) {
-        size_t more = strspn(++at, "0123456789");
-
-        digits += more;
-        at += more;
-    }
-    if (digits > 0 && (*at == 'e' || *at == 'E')) {
-        at += 1 + (at[1] == '+' || at[1] == '-');
-        if (!isdigit((unsigned char)*at)) {
-            return false;
-        }
-        at += strspn(at, "0123456789");
-    }
-    return digits > 0 && !*at && strlen(cell) < NUMBER_MAX;
-}
-
-static bool is_boolean(const char *cell)
-{
-    return strcasecmp(cell, "true") == 0 || strcasecmp(cell, "false") == 0;
 }
 
 /* What people write where nothing is known. It is no number, and no text of a column of texts
@@ -95,7 +53,7 @@ static bool has_numbers(const struct study_table *table, size_t column)
     for (size_t i = 0; i < table->cells.rows; i++) {
         const char *cell = delimited_cell(&table->cells, i, column);
 
-        if (!is_number(cell, '.') && !is_number(cell, ',')) {
+        if (!study_cell_is_number(cell, '.') && !study_cell_is_number(cell, ',')) {
             continue;
         }
         if (number && strcmp(number, cell) != 0) {
@@ -133,15 +91,15 @@ static bool judge_column(struct study_table *table, size_t column,
     for (size_t i = 0; i < table->cells.rows; i++) {
         const char *cell = delimited_cell(&table->cells, i, column);
 
-        if (says_nothing(cell)) {
+        if (study_cell_is_empty(cell)) {
             continue;
         }
         said++;
-        booleans += is_boolean(cell);
-        if (is_number(cell, '.')) {
-            whole += is_number(cell, ',');
-            points += !is_number(cell, ',');
-        } else if (is_number(cell, ',')) {
+        booleans += study_cell_is_boolean(cell);
+        if (study_cell_is_number(cell, '.')) {
+            whole += study_cell_is_number(cell, ',');
+            points += !study_cell_is_number(cell, ',');
+        } else if (study_cell_is_number(cell, ',')) {
             commas++;
         } else {
             first = first == SIZE_MAX ? i : first;
@@ -167,16 +125,6 @@ static bool judge_column(struct study_table *table, size_t column,
     return true;
 }
 
-/* A cell that is a number, as C writes it; returns its value. */
-static double read_number(const char *cell, bool comma, char copy[NUMBER_MAX])
-{
-    (void)snprintf(copy, NUMBER_MAX, "%s", cell);
-    if (comma && strchr(copy, ',')) {
-        *strchr(copy, ',') = '.';
-    }
-    return strtod(copy, NULL);
-}
-
 /* Whether all numbers of a column are doubles. One that is not must not pass for a cell that says
    nothing. */
 static bool check_numbers(const struct study_table *table, size_t column,
@@ -189,9 +137,10 @@ static bool check_numbers(const struct study_table *table, size_t column,
     }
     for (size_t i = 0; i < table->cells.rows; i++) {
         const char *cell = delimited_cell(&table->cells, i, column);
-        char copy[NUMBER_MAX];
+        char copy[STUDY_NUMBER_MAX];
 
-        if (!says_nothing(cell) && !isfinite(read_number(cell, kind == STUDY_COMMA_NUMBER, copy))) {
+        if (!study_cell_is_empty(cell) &&
+            !isfinite(study_cell_number(cell, kind == STUDY_COMMA_NUMBER, copy))) {
             return wrong(problem, "line %u, column %.80s: the number %.64s is too large",
                          table->cells.lines[i + 1], table->cells.cells[column], cell);
         }
@@ -279,13 +228,6 @@ static bool is_column_empty(const struct study_table *table, size_t column)
     return true;
 }
 
-/* Whether the column is a text whatever its cells look like. */
-static bool is_text_column(const struct study_table *table, size_t column)
-{
-    return column == table->key || column == table->label || column == table->subject ||
-           column == table->side;
-}
-
 /* Finds out what each column is. */
 static bool read_head(struct study_table *table, const char *key,
                       char problem[DELIMITED_PROBLEM_MAX])
@@ -313,7 +255,7 @@ static bool read_head(struct study_table *table, const char *key,
         }
         covariates += !place && head[i][0];
         table->kinds[i] = STUDY_TEXT;
-        if (!is_text_column(table, i) &&
+        if (!study_table_is_text(table, i) &&
             (!judge_column(table, i, problem) || !check_numbers(table, i, problem))) {
             return false;
         }
@@ -351,276 +293,4 @@ void study_table_clear(struct study_table *table)
 const char *study_table_key(const struct study_table *table, size_t row)
 {
     return delimited_cell(&table->cells, row, table->key);
-}
-
-/* ---- Warnings -------------------------------------------------------------------------------- */
-
-/* The first different texts among the numbers of a column, quoted; cells gets all of these. */
-static void quote_strays(const struct study_table *table, size_t column, json_t *cells, char *text,
-                         size_t size)
-{
-    size_t length = 0, more = 0;
-
-    text[0] = '\0';
-    for (size_t i = table->strays[column].row; i < table->cells.rows; i++) {
-        const char *cell = delimited_cell(&table->cells, i, column);
-        bool told = says_nothing(cell) || is_number(cell, '.') || is_number(cell, ',');
-
-        for (size_t k = 0; k < json_array_size(cells) && !told; k++) {
-            told = strcmp(json_string_value(json_array_get(cells, k)), cell) == 0;
-        }
-        if (!told && json_array_size(cells) == STRAYS_SHOWN) {
-            more = 1;
-        } else if (!told) {
-            (void)snprintf(text + length, size - length, "%s\"%.40s\"", length ? ", " : "", cell);
-            length = strlen(text);
-            (void)json_array_append_new(cells, json_string(cell));
-        }
-    }
-    (void)snprintf(text + length, size - length, "%s", more ? " and others" : "");
-}
-
-static void warn_of_strays(const struct study_table *table, size_t column, json_t *warnings)
-{
-    const struct study_strays *strays = &table->strays[column];
-    const char *name = table->cells.cells[column];
-    unsigned line = table->cells.lines[strays->row + 1];
-    json_t *cells = json_array(), *figures;
-    char quoted[64 * STRAYS_SHOWN];
-
-    quote_strays(table, column, cells, quoted, sizeof quoted);
-    figures =
-        json_pack("{s:s, s:I, s:s, s:o, s:I, s:I}", "column", name, "line", (json_int_t)line,
-                  "cell", delimited_cell(&table->cells, strays->row, column), "cells", cells,
-                  "numbers", (json_int_t)strays->numbers, "others", (json_int_t)strays->others);
-    if (strays->numbers == 0) {
-        warning_add(warnings, "column-is-text", figures,
-                    "Column %.80s is read as text, since its numbers are written as no number is "
-                    "read: %s, line %u first. Write them with digits and one decimal mark alone.",
-                    name, quoted, line);
-        return;
-    }
-    warning_add(warnings, "column-is-text", figures,
-                "Column %.80s is read as text, since %zu of its cells %s no number%s: %s, line %u "
-                "first. Its other %zu cells are numbers. Correct %s, or leave cells empty or NA "
-                "where nothing is known.",
-                name, strays->others, strays->others == 1 ? "is" : "are", plural(strays->others),
-                quoted, line, strays->numbers, strays->others == 1 ? "it" : "them");
-}
-
-/* A column of texts: those that may be meant to be the same, and numbers with their unit behind.
-   A label says nothing where its cell is empty alone. */
-static void warn_of_texts(const struct study_table *table, size_t column, json_t *warnings)
-{
-    const char *name = table->cells.cells[column], *unit;
-    json_t *collection = json_object(), *texts = json_array(), *found;
-    char quoted[400];
-
-    for (size_t i = 0; i < table->cells.rows; i++) {
-        const char *cell = delimited_cell(&table->cells, i, column);
-
-        if (!says_nothing(cell)) {
-            alike_add(collection, cell);
-            (void)json_array_append_new(texts, json_string(cell));
-        }
-    }
-    found = alike_found(collection);
-    alike_warn(warnings, name, found);
-    unit = column == table->label || table->strays[column].others > 0 ? NULL : alike_unit(texts);
-    if (unit) {
-        alike_quote(texts, quoted, sizeof quoted);
-        warning_add(warnings, "column-is-text",
-                    json_pack("{s:s, s:I, s:O, s:s, s:i, s:I}", "column", name, "line",
-                              (json_int_t)table->cells.lines[1], "cell", json_array_get(texts, 0),
-                              "unit", unit, "numbers", 0, "others",
-                              (json_int_t)json_array_size(texts)),
-                    "Column %.80s is read as text, since the unit \"%.20s\" stands behind its "
-                    "numbers: %s. Give numbers alone for it to count as one.",
-                    name, unit, quoted);
-    }
-    json_decref(found);
-    json_decref(texts);
-    json_decref(collection);
-}
-
-void study_table_warn(const struct study_table *table, json_t *warnings)
-{
-    for (size_t i = 0; i < table->cells.columns; i++) {
-        bool named = table->cells.cells[i][0] && i != table->key && i != table->subject;
-
-        if (named && (i == table->label || table->kinds[i] == STUDY_TEXT) && i != table->side &&
-            i != table->mirror) {
-            warn_of_texts(table, i, warnings);
-        }
-    }
-    for (size_t i = 0; i < table->cells.columns; i++) {
-        if (table->strays[i].others > 0 && !is_text_column(table, i)) {
-            warn_of_strays(table, i, warnings);
-        }
-    }
-    if (table->label == STUDY_NO_COLUMN) {
-        warning_add(warnings, "no-label-column", NULL,
-                    "The table has no column \"label\": the members have no labels, which "
-                    "classify and compare-groups need. Name the column of groups so, or give them "
-                    "later by PATCH or PUT of the cohort.");
-    }
-}
-
-static json_int_t count_missing(const struct study_table *table, size_t column)
-{
-    json_int_t n = 0;
-
-    for (size_t i = 0; i < table->cells.rows; i++) {
-        const char *cell = delimited_cell(&table->cells, i, column);
-
-        n += is_text_column(table, column) ? !cell[0] : says_nothing(cell);
-    }
-    return n;
-}
-
-json_t *study_table_columns(const struct study_table *table)
-{
-    static const char *const kinds[] = {"empty", "text", "number", "number", "boolean"};
-    json_t *columns = json_array();
-
-    for (size_t i = 0; i < table->cells.columns; i++) {
-        const char *name = table->cells.cells[i];
-
-        if (name[0]) {
-            (void)json_array_append_new(
-                columns, json_pack("{s:s, s:s, s:I}", "name", name, "kind",
-                                   is_text_column(table, i) ? "text" : kinds[table->kinds[i]],
-                                   "missing", count_missing(table, i)));
-        }
-    }
-    return columns;
-}
-
-/* ---- Rows ------------------------------------------------------------------------------------ */
-
-static json_t *number_of(const char *cell, bool comma)
-{
-    char copy[NUMBER_MAX];
-    double value = read_number(cell, comma, copy);
-
-    if (strlen(copy) < 16 && !strpbrk(copy, ".eE")) {
-        return json_integer(strtoll(copy, NULL, 10));
-    }
-    return json_real(value + 0.0);
-}
-
-/* The cell as its column is read (new reference); NULL where it says nothing. */
-static json_t *value_of(const struct study_table *table, size_t row, size_t column)
-{
-    const char *cell = delimited_cell(&table->cells, row, column);
-
-    if (says_nothing(cell)) {
-        return NULL;
-    }
-    switch (table->kinds[column]) {
-    case STUDY_NUMBER:
-        return number_of(cell, false);
-    case STUDY_COMMA_NUMBER:
-        return number_of(cell, true);
-    case STUDY_BOOLEAN:
-        return json_boolean(strcasecmp(cell, "true") == 0);
-    case STUDY_EMPTY:
-    case STUDY_TEXT:
-        break;
-    }
-    return json_string(cell);
-}
-
-/* The cell of a column that must have numbers or booleans: read by itself where others make the
-   column a text, so that only these are refused (new reference); NULL where it says nothing. */
-static json_t *strict_value_of(const struct study_table *table, size_t row, size_t column)
-{
-    const char *cell = column == STUDY_NO_COLUMN ? "" : delimited_cell(&table->cells, row, column);
-    bool comma = table->cells.separator != ',' && !is_number(cell, '.');
-    char copy[NUMBER_MAX];
-
-    if (says_nothing(cell) || table->kinds[column] != STUDY_TEXT) {
-        return column == STUDY_NO_COLUMN ? NULL : value_of(table, row, column);
-    }
-    if (is_boolean(cell)) {
-        return json_boolean(strcasecmp(cell, "true") == 0);
-    }
-    return is_number(cell, comma ? ',' : '.') && isfinite(read_number(cell, comma, copy))
-               ? number_of(cell, comma)
-               : json_string(cell);
-}
-
-static void set_strictly(json_t *member, const char *name, json_t *value)
-{
-    if (value) {
-        (void)json_object_set_new(member, name, value);
-    }
-}
-
-/* The text of a cell that is one whatever it looks like, or NULL. */
-static const char *text_of(const struct study_table *table, size_t row, size_t column)
-{
-    const char *cell = column == STUDY_NO_COLUMN ? "" : delimited_cell(&table->cells, row, column);
-
-    return cell[0] ? cell : NULL;
-}
-
-/* "left" and "right", as people write them. */
-static const char *side_of(const char *text)
-{
-    static const char *const names[][2] = {{"l", "left"},  {"lh", "left"},  {"left", "left"},
-                                           {"r", "right"}, {"rh", "right"}, {"right", "right"}};
-
-    for (size_t i = 0; text && i < sizeof names / sizeof names[0]; i++) {
-        if (strcasecmp(text, names[i][0]) == 0) {
-            return names[i][1];
-        }
-    }
-    return text;
-}
-
-static void set_text(json_t *member, const char *name, const char *text)
-{
-    if (text) {
-        (void)json_object_set_new(member, name, json_string(text));
-    }
-}
-
-static json_t *covariates_of(const struct study_table *table, size_t row)
-{
-    const size_t placed[] = {table->key,  table->label, table->subject,
-                             table->time, table->side,  table->mirror};
-    json_t *covariates = json_object();
-
-    for (size_t i = 0; i < table->cells.columns; i++) {
-        bool other = table->cells.cells[i][0] != '\0';
-        json_t *value;
-
-        for (size_t k = 0; k < sizeof placed / sizeof placed[0]; k++) {
-            other = other && placed[k] != i;
-        }
-        value = other ? value_of(table, row, i) : NULL;
-        if (value) {
-            (void)json_object_set_new(covariates, table->cells.cells[i], value);
-        }
-    }
-    return covariates;
-}
-
-json_t *study_table_member(const struct study_table *table, size_t row, const char *id,
-                           struct problem_list *list)
-{
-    json_t *given = json_object(), *member;
-    const char *side = text_of(table, row, table->side);
-
-    set_text(given, "id", id);
-    set_text(given, "label", text_of(table, row, table->label));
-    set_text(given, "subject", text_of(table, row, table->subject));
-    set_text(given, "side", says_nothing(side ? side : "") ? NULL : side_of(side));
-    set_strictly(given, "time", strict_value_of(table, row, table->time));
-    set_strictly(given, "mirror", strict_value_of(table, row, table->mirror));
-    (void)json_object_set_new(given, "covariates", covariates_of(table, row));
-    member = cohort_read_member(given, "", list);
-    json_decref(given);
-    return member;
 }
