@@ -8,7 +8,7 @@
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
 
-LMAX=6
+LMAX=4
 FAST='"metric":"harmonic"' # registered all the same, by rotations
 start_server "$SCRATCH/data" --workers 2 || exit 1
 

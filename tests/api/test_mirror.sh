@@ -8,7 +8,7 @@
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
 
-LMAX=6
+LMAX=4
 REQUEST_SECONDS=400
 
 # Runs a process to its end, however long it takes.

@@ -31,7 +31,7 @@ for name in {L,R}_{pallidum,putamen,amygdala}; do
     MEMBERS="$MEMBERS${MEMBERS:+,}{\"id\":\"${MESH[$name]}\",\"mirror\":$([ "${name:0:1}" = R ] && echo true || echo false)}"
 done
 post_json /v1/cohorts "{\"name\":\"left\",\"members\":[$MEMBERS]}"
-run pca '{"cohort":"left","lmax":6,"maxIterations":3}'
+run pca '{"cohort":"left","lmax":4,"maxIterations":3}'
 MODEL=$(json .model.id)
 run project "{\"model\":\"$MODEL\",\"surface\":\"${MESH[R_pallidum]}\"}"
 note "$(json '.warnings[] | select(.code == "mirror-images") | .detail')"
@@ -40,7 +40,7 @@ compare "$(json '.warnings[] | select(.code == "mirror-images") | .figures | .mi
     'would be nearer mirrored'
 run project "{\"model\":\"$MODEL\",\"surface\":\"${MESH[R_pallidum]}\",\"handedness\":\"ignore\"}"
 is "$STATUS $(sides)" '200 false' 'which may be left out'
-run encode "{\"mesh\":\"${MESH[R_pallidum]}\",\"lmax\":6,\"mirror\":true}"
+run encode "{\"mesh\":\"${MESH[R_pallidum]}\",\"lmax\":4,\"mirror\":true}"
 MIRRORED=$(json .surface.id)
 run project "{\"model\":\"$MODEL\",\"surface\":\"$MIRRORED\"}"
 is "$STATUS $(sides)" '200 false' 'and has no warning once it is mirrored'

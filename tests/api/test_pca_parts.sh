@@ -19,7 +19,7 @@ declare -A SURFACE
 for side in L R; do
     for name in thalamus putamen caudate; do
         post "/v1/meshes?name=${side}_$name" --data-binary "@tests/data/aal_subcortex/${side}_$name.ply"
-        run encode "{\"mesh\":\"$(json .id)\",\"lmax\":6,\"mirror\":$([ $side = R ] && echo true || echo false)}"
+        run encode "{\"mesh\":\"$(json .id)\",\"lmax\":4,\"mirror\":$([ $side = R ] && echo true || echo false)}"
         SURFACE[${side}_$name]=$(json .surface.id)
     done
 done
@@ -105,7 +105,7 @@ cp "$BODY" "$SCRATCH/sided.json"
 for name in thalamus putamen caudate; do
     for side in L R; do
         get "/v1/surfaces/${SURFACE[${side}_$name]}"
-        run encode "{\"mesh\":\"$(json .source.mesh)\",\"lmax\":6,\"scale\":\"none\",\"mirror\":$(json '.mirrored // false')}"
+        run encode "{\"mesh\":\"$(json .source.mesh)\",\"lmax\":4,\"scale\":\"none\",\"mirror\":$(json '.mirrored // false')}"
         SURFACE[${side}_${name}_mm]=$(json .surface.id)
     done
 done
@@ -126,14 +126,14 @@ for side in L R; do
     for name in thalamus putamen; do
         get "/v1/surfaces/${SURFACE[${side}_$name]}"
         MESH=$(json .source.mesh)
-        run encode "{\"mesh\":\"$MESH\",\"lmax\":6}"
+        run encode "{\"mesh\":\"$MESH\",\"lmax\":4}"
         AS_MESHES+=("$(mirrored "$MESH" "${side,}" "$name")")
         AS_SURFACES+=("$(mirrored "$(json .surface.id)" "${side,}" "$name")")
     done
 done
 cohort meshes "${AS_MESHES[@]}"
 cohort surfaces "${AS_SURFACES[@]}"
-run pca-parts '{"cohort":"meshes","lmax":6,"register":false,"modes":0,"relativePose":true}'
+run pca-parts '{"cohort":"meshes","lmax":4,"register":false,"modes":0,"relativePose":true}'
 cp "$BODY" "$SCRATCH/meshes.json"
 run pca-parts '{"cohort":"surfaces","register":false,"modes":0,"relativePose":true}'
 is "$STATUS" 200 'members that are taken mirrored'
@@ -208,11 +208,11 @@ fi
 UNITS=()
 for side in L R; do
     for name in thalamus putamen; do
-        run encode "{\"mesh\":\"$(curl -s "$URL/v1/surfaces/${SURFACE[${side}_$name]}" | jq -r .source.mesh)\",\"lmax\":6,\"scale\":\"none\"}"
+        run encode "{\"mesh\":\"$(curl -s "$URL/v1/surfaces/${SURFACE[${side}_$name]}" | jq -r .source.mesh)\",\"lmax\":4,\"scale\":\"none\"}"
         curl -s "$URL/v1/surfaces/$(json .surface.id)/mesh?format=obj&resolution=12" |
             awk -v by="$([ $name = putamen ] && echo 10 || echo 1)" '/^v / {printf "v %.9g %.9g %.9g\n", $2 / by, $3 / by, $4 / by; next} /^f/' >"$SCRATCH/unit.obj"
         post '/v1/meshes?format=obj' --data-binary "@$SCRATCH/unit.obj"
-        run encode "{\"mesh\":\"$(json .id)\",\"lmax\":6}"
+        run encode "{\"mesh\":\"$(json .id)\",\"lmax\":4}"
         SURFACE[unit_${side}_$name]=$(json .surface.id)
         UNITS+=("$(member "unit_${side}_$name" "$side" "$name")")
     done
@@ -228,7 +228,7 @@ is "$STATUS $(json '[.warnings[] | select(.code == "mixed-units")] | length')" '
 
 for side in L R; do
     get "/v1/surfaces/${SURFACE[${side}_thalamus]}"
-    run encode "{\"mesh\":\"$(json .source.mesh)\",\"lmax\":6,\"parameterization\":\"star\",\"mirror\":$(json '.mirrored // false')}"
+    run encode "{\"mesh\":\"$(json .source.mesh)\",\"lmax\":4,\"parameterization\":\"star\",\"mirror\":$(json '.mirrored // false')}"
     SURFACE[${side}_star]=$(json .surface.id)
 done
 cohort routes "$(member L_star l thalamus)" "$(member R_star r thalamus)" \

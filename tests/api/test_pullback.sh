@@ -11,7 +11,7 @@
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
 
-LMAX=6
+LMAX=4
 REQUEST_SECONDS=400
 PULLBACK='"method":"pullback","register":false'
 

@@ -28,13 +28,13 @@ analyse() { # PROCESS INPUTS: its results go to SCRATCH/PROCESS.json, its id to 
     get "/v1/jobs?process=$1"
     JOB=$(json '.jobs[0].id')
 }
-analyse pca '{"cohort":"nuclei","lmax":6,"register":false}'
+analyse pca '{"cohort":"nuclei","lmax":4,"register":false}'
 PCA=$JOB
-analyse compare-groups '{"cohort":"nuclei","lmax":6,"register":false,"permutations":99}'
+analyse compare-groups '{"cohort":"nuclei","lmax":4,"register":false,"permutations":99}'
 COMPARED=$JOB
-analyse distances '{"cohort":"nuclei","register":false}'
-analyse regress '{"cohort":"nuclei","lmax":6,"register":false,"permutations":19,"bootstraps":100,"formula":"shape ~ age","at":[{"age":50}]}'
-analyse classify '{"cohort":"nuclei","lmax":6,"method":["harmonic-nn"]}'
+analyse distances '{"cohort":"nuclei","lmax":4,"register":false}'
+analyse regress '{"cohort":"nuclei","lmax":4,"register":false,"permutations":19,"bootstraps":100,"formula":"shape ~ age","at":[{"age":50}]}'
+analyse classify '{"cohort":"nuclei","lmax":4,"method":["harmonic-nn"]}'
 
 # ---- Of one job ----------------------------------------------------------------------------------------
 
@@ -224,7 +224,8 @@ WHOLE+=("\"$JOB\"")
 analyse pca-parts '{"cohort":"twice","register":false,"modes":1,"relativePose":true}'
 WHOLE+=("\"$JOB\"")
 if [ -z "$SRNFD_SANITIZED" ]; then # they register all pairs, which test_neighbours.sh does with sanitizers
-    analyse neighbours '{"cohort":"twice","k":2}'
+    post_json /v1/cohorts "$(jq -c '{name: "few", members: .members[:6]}' "$SCRATCH/twice.json")"
+    analyse neighbours '{"cohort":"few","k":2}'
     WHOLE+=("\"$JOB\"")
     analyse register "$(jq -c '.members | {template: .[0].id, moving: .[2].id, commonPose: true}' "$SCRATCH/twice.json")"
     WHOLE+=("\"$JOB\"")
@@ -259,7 +260,7 @@ check 'places of structures by their names and axes' grep -qF \
 
 analyse mean "$(jq -nc '{cohort: "nuclei", lmax: 4, maxIterations: 1, landmarks: {points: [range(6) | [10 + ., 200, 400]], heldOut: [2]}}')"
 MEAN=$JOB
-analyse classify-parts '{"cohort":"twice","lmax":4,"method":"srnf-nn"}'
+analyse classify-parts '{"cohort":"twice","lmax":4,"method":"srnf-nn","commonPose":true}'
 execute report "{\"jobs\":[\"$MEAN\",\"$JOB\"],\"title\":\"Tables\",\"resolution\":8}"
 is "$STATUS" 200 'a report of a mean with landmarks, and of structures that classify'
 jq -j .html "$BODY" >"$SCRATCH/tables.html"

@@ -6,7 +6,7 @@
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
 
-LMAX=6
+LMAX=4
 start_server "$SCRATCH/data" --workers 2 || exit 1
 
 encode() { # MESH ROUTE: sets ID

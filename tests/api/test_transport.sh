@@ -9,7 +9,7 @@
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
 
-LMAX=6
+LMAX=4
 REQUEST_SECONDS=400
 
 # Largest absolute value of a jq expression over the last body.
