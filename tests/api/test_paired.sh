@@ -18,7 +18,7 @@ python3 - "$URL" >"$SCRATCH/members.json" <<'PYTHON'
 import json, math
 from service import send
 
-lmax = 5
+lmax = 4
 def surface(subject, visit, x, z, mirror=False, turn=0):
     rows = {axis: [0.0] * (lmax + 1) ** 2 for axis in 'xyz'}
     for axis, k, radius in (('x', 2, x), ('y', 0, 1.2), ('z', 1, z)):

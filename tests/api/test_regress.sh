@@ -14,7 +14,7 @@ MEMBERS=$(python3 - "$URL" <<'PYTHON'
 import json, math
 from service import send
 
-members, lmax = [], 5
+members, lmax = [], 4
 for i in range(18):
     age = 40 + (i * 37 % 41)
     rows = {axis: [0.0] * (lmax + 1) ** 2 for axis in 'xyz'}

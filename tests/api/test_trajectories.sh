@@ -16,7 +16,7 @@ python3 - "$URL" >"$SCRATCH/members.json" <<'PYTHON'
 import json, math
 from service import send
 
-lmax = 5
+lmax = 4
 def surface(subject, visit, z):
     rows = {axis: [0.0] * (lmax + 1) ** 2 for axis in 'xyz'}
     rows['x'][3], rows['y'][1], rows['z'][2] = 1.5, 1.2, z
