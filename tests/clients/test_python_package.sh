@@ -31,7 +31,7 @@ assert not missing, missing
 SCRIPT
 
 check 'the wheel is built without a network' make --no-print-directory wheel
-check 'a clean environment is made' "$PYTHON" -m venv --system-site-packages "$SCRATCH/clean"
+check 'a clean environment is made' "$PYTHON" -m venv --without-pip --system-site-packages "$SCRATCH/clean"
 check 'pip installs the wheel' "$SCRATCH/clean/bin/python" -m pip install --quiet --disable-pip-version-check --no-index \
     build/python/srnf-*.whl
 is "$(cd "$SCRATCH" && clean/bin/srnf --version)" "srnf $VERSION" 'its command has the version of the header'
