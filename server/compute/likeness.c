@@ -12,6 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "store/digest.h"
+
 #define MATCH_DEGREE ((size_t)8)
 #define GAINS 0.5 /* of the distance: what turns leave of it where they are told of */
 #define SPHERE_TURNED (30.0 * 3.14159265358979323846 / 180.0)
@@ -23,7 +25,7 @@ struct likeness_run {
     const struct srnf_sht *sht; /* of MATCH_DEGREE, or of the group where that is lower */
     struct srnf_context context;
     size_t degree, count;
-    double *ends; /* two surfaces at that degree */
+    double *ends; /* two surfaces at that degree, and one number that says how they are matched */
 };
 
 void compute_likeness_clear(struct compute_likeness *likeness)
@@ -92,33 +94,54 @@ static int match_sphere(const struct likeness_run *l, double *distance, double *
     return 0;
 }
 
-/* Adds the match of the ends, as the share-th part of it, to the figures. */
+/* What a match comes to, in the order in which jobs keep it. */
+enum { PLAIN, MIRRORED, UNTURNED, ANGLE, ON_SPHERE, SPHERE_ANGLE };
+
+/* The match of the ends. */
+static int compute_figures(const struct likeness_run *l, bool rotates, bool mirrors,
+                           double figures[JOBS_FIGURES], struct srnf_error *error)
+{
+    int status = match_ends(l, &figures[PLAIN], &figures[UNTURNED], &figures[ANGLE], error);
+
+    figures[ON_SPHERE] = figures[UNTURNED];
+    figures[SPHERE_ANGLE] = INFINITY;
+    if (status == 0 && !rotates && figures[PLAIN] < GAINS * figures[UNTURNED]) {
+        status = match_sphere(l, &figures[ON_SPHERE], &figures[SPHERE_ANGLE], error);
+    }
+    figures[MIRRORED] = figures[PLAIN];
+    if (status == 0 && mirrors) {
+        srnf_surface_mirror(l->degree, l->ends + l->count);
+        status = match_ends(l, &figures[MIRRORED], NULL, NULL, error);
+    }
+    return status;
+}
+
+/* Adds the match of the ends, as the share-th part of it, to the figures: as an earlier job has
+   found it, if one has. */
 static int add_match(const struct likeness_run *l, bool rotates, bool mirrors, double share,
                      struct compute_match *match, struct srnf_error *error)
 {
-    double plain = 0.0, unturned = 0.0, angle = 0.0;
-    double mirrored, on_sphere, sphere_angle = INFINITY;
-    int status = match_ends(l, &plain, &unturned, &angle, error);
+    double figures[JOBS_FIGURES] = {0.0};
+    struct jobs *jobs = jobs_run_jobs(l->run);
+    char digest[65];
+    int status = 0;
 
-    on_sphere = unturned;
-    if (status == 0 && !rotates && plain < GAINS * unturned) {
-        status = match_sphere(l, &on_sphere, &sphere_angle, error);
+    l->ends[2 * l->count] = (rotates ? 1.0 : 0.0) + (mirrors ? 2.0 : 0.0);
+    store_sha256_hex(digest, l->ends, (2 * l->count + 1) * sizeof *l->ends);
+    if (!jobs_figures_find(jobs, digest, figures)) {
+        status = compute_figures(l, rotates, mirrors, figures, error);
+        if (status < 0) {
+            return status;
+        }
+        jobs_figures_keep(jobs, digest, figures);
     }
-    mirrored = plain;
-    if (status == 0 && mirrors) {
-        srnf_surface_mirror(l->degree, l->ends + l->count);
-        status = match_ends(l, &mirrored, NULL, NULL, error);
-    }
-    if (status < 0) {
-        return status;
-    }
-    match->match.plain += share * plain;
-    match->match.mirrored += share * mirrored;
-    match->match.unturned += share * unturned;
-    match->match.angle = fmin(match->match.angle, angle);
-    match->on_sphere += share * on_sphere;
-    match->sphere_angle = fmin(match->sphere_angle, sphere_angle);
-    return 0;
+    match->match.plain += share * figures[PLAIN];
+    match->match.mirrored += share * figures[MIRRORED];
+    match->match.unturned += share * figures[UNTURNED];
+    match->match.angle = fmin(match->match.angle, figures[ANGLE]);
+    match->on_sphere += share * figures[ON_SPHERE];
+    match->sphere_angle = fmin(match->sphere_angle, figures[SPHERE_ANGLE]);
+    return status;
 }
 
 /* The same of members i and j. */
@@ -232,7 +255,7 @@ static int match_classes(const struct likeness_run *l, struct compute_likeness *
     return status;
 }
 
-/* Room for two surfaces at the degree of matches; close_run in any case. */
+/* Room for two surfaces at the degree of matches, and how they are matched; close_run in any case. */
 static int open_run(struct jobs_run *run, size_t degree, struct likeness_run *l)
 {
     int status;
@@ -247,7 +270,7 @@ static int open_run(struct jobs_run *run, size_t degree, struct likeness_run *l)
     if (status) {
         return status;
     }
-    l->ends = srnf_alloc(2 * l->count, sizeof(double));
+    l->ends = srnf_alloc(2 * l->count + 1, sizeof(double));
     return l->ends ? 0 : SRNF_ENOMEM;
 }
 

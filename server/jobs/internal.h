@@ -22,6 +22,8 @@
  *   27 remotes.mutex: the table of workers on other machines
  *
  *   28 passes.mutex: the tokens of pilots
+ *
+ *   29 figures.mutex: numbers that were computed lately
  */
 #ifndef SRNFD_JOBS_INTERNAL_H
 #define SRNFD_JOBS_INTERNAL_H
@@ -223,6 +225,23 @@ struct jobs_transforms {
 void jobs_transforms_init(struct jobs_transforms *transforms);
 void jobs_transforms_destroy(struct jobs_transforms *transforms);
 
+/* ---- Figures (figures.c) --------------------------------------------------------------------- */
+
+#define JOBS_FIGURES_KEPT 512
+
+struct jobs_figure {
+    char digest[65]; /* empty: none */
+    double values[JOBS_FIGURES];
+};
+struct jobs_figures {
+    pthread_mutex_t mutex;
+    size_t next; /* the place of the oldest */
+    struct jobs_figure kept[JOBS_FIGURES_KEPT];
+};
+
+void jobs_figures_init(struct jobs_figures *figures);
+void jobs_figures_destroy(struct jobs_figures *figures);
+
 /* ---- The engine (jobs.c, queue.c, workers.c) ------------------------------------------------- */
 
 struct jobs {
@@ -258,6 +277,7 @@ struct jobs {
     atomic_bool closing;     /* nor is anything accepted; threads end when nothing runs */
     atomic_bool abandoned;   /* the grace is over: runs are to stop */
     struct jobs_transforms transforms;
+    struct jobs_figures figures;
     struct jobs_ids ids;
     struct jobs_retention retention;
     struct jobs_rounds rounds;

@@ -140,6 +140,7 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
     pthread_cond_init(&jobs->express_wake, NULL);
     pthread_mutex_init(&jobs->ids.mutex, NULL);
     jobs_transforms_init(&jobs->transforms);
+    jobs_figures_init(&jobs->figures);
     jobs_rounds_init(&jobs->rounds);
     jobs_remotes_init(&jobs->remotes);
     jobs->remotes.lease_seconds = jobs->config.lease_seconds;
@@ -204,6 +205,7 @@ void jobs_close(struct jobs *jobs, double grace_seconds)
         pthread_join(jobs->express[i], NULL);
     }
     jobs_transforms_destroy(&jobs->transforms);
+    jobs_figures_destroy(&jobs->figures);
     jobs_remotes_destroy(&jobs->remotes);
     jobs_passes_destroy(&jobs->passes);
     jobs_rounds_destroy(&jobs->rounds);

@@ -213,6 +213,11 @@ size_t jobs_run_doubts(struct jobs_run *run, const struct jobs_doubt **list);
 int jobs_transform_acquire(struct jobs *jobs, size_t degree, enum srnf_grid_kind kind,
                            size_t n_theta, size_t n_phi, const struct srnf_sht **sht);
 void jobs_transform_release(struct jobs *jobs, const struct srnf_sht *sht);
+/* Numbers that are dear to compute and follow from little, kept for all jobs of this start: the
+   latest 512, by the SHA-256 of all that they follow from, in hexadecimal digits. */
+#define JOBS_FIGURES 6
+bool jobs_figures_find(struct jobs *jobs, const char digest[65], double values[JOBS_FIGURES]);
+void jobs_figures_keep(struct jobs *jobs, const char digest[65], const double values[JOBS_FIGURES]);
 struct jobs *jobs_run_jobs(struct jobs_run *run);
 
 #endif
