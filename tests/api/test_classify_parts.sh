@@ -78,10 +78,10 @@ tells "$(json '.methods["srnf-gauss"].accuracy')" '==' 1 'which tell the labels'
 if [ -z "$SRNFD_SANITIZED" ]; then # what runs above and below, by other numbers
     classify one ',"scale":"shape-and-size","covariates":["age"],"components":1'
     is "$(jq -s "(.[0] | $FIELDS) == (.[1] | $FIELDS)" "$SCRATCH/classify.json" "$BODY")" true 'as one part with them, to the last bit'
-    classify one ',"components":1' classify
+    classify one ',"components":1,"refit":"shared"' classify
     compare "$(json '.methods["srnf-gauss"].accuracy')" '<' 1 'and shape does not'
 fi
-classify one ',"method":"srnf-nn","covariates":["age"],"sizeWeight":1000' classify
+classify one ',"method":"srnf-nn","covariates":["age"],"sizeWeight":1000,"refit":"shared"' classify
 is "$(json '.methods["srnf-nn"].accuracy')" 1 'in distances, too'
 
 # ---- Two parts -----------------------------------------------------------------------------------------
