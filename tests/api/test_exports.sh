@@ -144,7 +144,7 @@ file=$(find "$SCRATCH/open/surfaces" -name '*.npz' | head -n 1)
 other=$(find "$SCRATCH/open/surfaces" -name '*.npz' | tail -n 1)
 cp "$file" "$SCRATCH/kept.npz"
 cp "$other" "$file"
-(cd "$SCRATCH/open" && zip -q -r ../changed.zip srnfd-study.json meshes surfaces models jobs)
+(cd "$SCRATCH/open" && zip -q -0 -r ../changed.zip srnfd-study.json meshes surfaces models jobs)
 cp "$SCRATCH/kept.npz" "$file"
 post '/v1/imports?partial=true' --data-binary "@$SCRATCH/changed.zip" --header 'Content-Type: application/zip'
 is "$STATUS $(json '"\(.code) \(.refused[0].code)"')" '422 import-refused not-as-described' \
@@ -158,7 +158,7 @@ edited() { # PROGRAM [FILE]
     cp -r "$SCRATCH/open" "$SCRATCH/edit"
     jq "$1" "$SCRATCH/open/srnfd-study.json" >"$SCRATCH/edit/srnfd-study.json"
     [ -z "${2-}" ] || rm "$SCRATCH/edit/$2"
-    (cd "$SCRATCH/edit" && zip -q -r ../edit.zip srnfd-study.json meshes surfaces models jobs)
+    (cd "$SCRATCH/edit" && zip -q -0 -r ../edit.zip srnfd-study.json meshes surfaces models jobs)
     post /v1/imports --data-binary "@$SCRATCH/edit.zip" --header 'Content-Type: application/zip'
 }
 edited '.meshes[0].file as $a | .meshes[1].file as $b | .meshes[0].file = $b | .meshes[1].file = $a'
@@ -240,7 +240,7 @@ forged_results() { # PROGRAM: sends the study with distances that it changes
     jq --arg digest "$(sha256sum "$SCRATCH/edit/$file" | cut -d ' ' -f 1)" \
         '.jobs |= map(if .process == "distances" then .sha256 = $digest else . end)' \
         "$SCRATCH/open/srnfd-study.json" >"$SCRATCH/edit/srnfd-study.json"
-    (cd "$SCRATCH/edit" && zip -q -r ../edit.zip srnfd-study.json meshes surfaces models jobs)
+    (cd "$SCRATCH/edit" && zip -q -0 -r ../edit.zip srnfd-study.json meshes surfaces models jobs)
     post /v1/imports --data-binary "@$SCRATCH/edit.zip" --header 'Content-Type: application/zip'
 }
 while IFS='@' read -r program why; do
@@ -294,7 +294,7 @@ start_server "$SCRATCH/d" --workers 1 || exit 1
 FOURTH=$SERVER_PID
 tests/support/forge_model.py "$SCRATCH/model.zip" "$SCRATCH/alone.zip" alone >"$SCRATCH/forged"
 # Unpacked and packed again, in an order of its own, with the manifest last; in a folder; in that of tar.
-(cd "$SCRATCH/open" && zip -q -r ../packed.zip cohort.csv ro-crate-metadata.json jobs models surfaces meshes srnfd-study.json)
+(cd "$SCRATCH/open" && zip -q -1 -r ../packed.zip cohort.csv ro-crate-metadata.json jobs models surfaces meshes srnfd-study.json)
 (cd "$SCRATCH" && zip -q -r folder.zip open/cohort.csv open/models open/jobs open/surfaces open/meshes open/srnfd-study.json)
 (cd "$SCRATCH/open" && tar czf ../dot.tgz ./cohort.csv ./models ./jobs ./surfaces ./meshes ./srnfd-study.json)
 study=$SCRATCH/packed.zip
