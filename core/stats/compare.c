@@ -58,217 +58,16 @@
 
 #include <cblas.h>
 #include <math.h>
-#include <stdatomic.h>
 #include <string.h>
 
 #define PERMUTATIONS 10000
 #define PERMUTATIONS_MAX ((size_t)10000000)
 #define N_MAX ((size_t)10000)
-#define BLOCK ((size_t)32) /* permutations of one task */
-#define TIE STATS_TIE      /* of contrasts, as of statistics */
-#define SPAN 1e-12         /* of the square of a unit vector: what may lie outside of its span */
 #define PROGRESS_EMBED 0.3
 
 struct srnf_compare_options srnf_compare_options_defaults(void)
 {
     return (struct srnf_compare_options){.permutations = PERMUTATIONS};
-}
-
-struct compare_run {
-    const struct srnf_sht *sht;
-    size_t n, points, permutations;
-    uint64_t seed;
-    struct compare_design design;
-    struct exchange exchange;
-    struct stats_embedding embedding;
-    const double *const *near; /* [n] surfaces to search from, or NULL */
-    double *q;                 /* [n][3][P] residual SRNFs times the roots of the weights */
-    double *vectors;           /* [n][3][P] residual displacements */
-    double *gram;              /* [n][n] of q */
-    double *squares;           /* [P][6] Y'Y: xx xy xz yy yz zz */
-    double observed;           /* global statistic */
-    double *largest;    /* [permutations + 1] of T^2 over the map; the first is the observed */
-    atomic_uint global; /* permutations as far apart */
-    atomic_uint tied,
-        tied_local;     /* those that are as far, or all over the map, whatever the data */
-    atomic_uint *count; /* [P] permutations with as large a T^2 */
-    struct srnf_comparison *out;
-};
-
-/* ---- Statistics ------------------------------------------------------------------------------ */
-
-/* T^2 at a node. rows: the products of c and of the P'u with Y, one after another, [3][P] each. */
-static double hotelling(const struct compare_run *run, const double *rows, size_t node)
-{
-    const struct compare_design *design = &run->design;
-    size_t size = 3 * run->points;
-    double e[6];
-    double b[3] = {0.0, 0.0, 0.0};
-
-    memcpy(e, run->squares + 6 * node, sizeof e);
-    for (size_t r = 0; r < design->nuisance; r++) {
-        /* the first row is <g~, g~> b, the others are z */
-        double scale = r == 0 ? 1.0 / design->squared : 1.0;
-        double z[3];
-
-        for (size_t c = 0; c < 3; c++) {
-            z[c] = rows[r * size + c * run->points + node];
-        }
-        e[0] -= scale * z[0] * z[0];
-        e[1] -= scale * z[0] * z[1];
-        e[2] -= scale * z[0] * z[2];
-        e[3] -= scale * z[1] * z[1];
-        e[4] -= scale * z[1] * z[2];
-        e[5] -= scale * z[2] * z[2];
-        if (r == 0) {
-            memcpy(b, z, sizeof b);
-        }
-    }
-    return stats_quadratic_form(e, b) / design->squared * (double)compare_design_freedom(design);
-}
-
-/* Row of P'v for a permutation: entry order[i] gets v[i]. */
-static void permute(size_t n, const uint32_t *order, const double *v, double *out)
-{
-    for (size_t i = 0; i < n; i++) {
-        out[order[i]] = v[i];
-    }
-}
-
-/* |b|^2 of the SRNFs for the contrast c. */
-static double global_statistic(const struct compare_run *run, const double *c)
-{
-    double sum = 0.0;
-
-    for (size_t i = 0; i < run->n; i++) {
-        sum += c[i] * cblas_ddot((int)run->n, run->gram + i * run->n, 1, c, 1);
-    }
-    return fmax(sum, 0.0) / (run->design.squared * run->design.squared);
-}
-
-/* Whether a contrast is the observed one, or its negative. */
-static bool is_contrast(const struct compare_design *design, const double *c)
-{
-    double room = TIE * sqrt(design->squared);
-    double apart = 0.0;
-    double against = 0.0;
-
-    for (size_t i = 0; i < design->n; i++) {
-        apart = fmax(apart, fabs(c[i] - design->contrast[i]));
-        against = fmax(against, fabs(c[i] + design->contrast[i]));
-    }
-    return apart <= room || against <= room;
-}
-
-/* Whether the columns P'u, [nuisance - 1][n], lie in the span of U. */
-static bool is_nuisance(const struct compare_design *design, const double *columns)
-{
-    size_t n = design->n;
-
-    for (size_t r = 1; r < design->nuisance; r++) {
-        double inside = 0.0;
-
-        for (size_t u = 0; u < design->nuisance; u++) {
-            double along = cblas_ddot((int)n, design->basis + u * n, 1, columns + (r - 1) * n, 1);
-
-            inside += along * along;
-        }
-        if (inside < 1.0 - SPAN) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/* ---- Permutations ---------------------------------------------------------------------------- */
-
-struct block {
-    size_t first, count; /* numbers of the permutations */
-    uint32_t *order;     /* [n] */
-    size_t *source;      /* [n], and as many of scratch */
-    double *contrasts;   /* [count][nuisance][n] */
-    double *rows;        /* [count][nuisance][3][P] */
-};
-
-static int open_block(struct block *block, const struct compare_run *run, size_t first,
-                      size_t count)
-{
-    size_t each = run->design.nuisance;
-
-    *block = (struct block){.first = first, .count = count};
-    block->order = srnf_alloc(run->n, sizeof *block->order);
-    block->source = srnf_alloc(run->n, 2 * sizeof *block->source);
-    block->contrasts = srnf_alloc(count * each, run->n * sizeof(double));
-    block->rows = srnf_alloc(count * each, 3 * run->points * sizeof(double));
-    if (!block->order || !block->source || !block->contrasts || !block->rows) {
-        return SRNF_ENOMEM;
-    }
-    for (size_t k = 0; k < count; k++) {
-        double *c = block->contrasts + k * each * run->n;
-
-        compare_relabel(&run->exchange, run->seed, first + k, run->n, block->source, block->order);
-        permute(run->n, block->order, run->design.contrast, c);
-        for (size_t u = 1; u < each; u++) {
-            permute(run->n, block->order, run->design.basis + u * run->n, c + u * run->n);
-        }
-    }
-    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)(count * each),
-                (int)(3 * run->points), (int)run->n, 1.0, block->contrasts, (int)run->n,
-                run->vectors, (int)(3 * run->points), 0.0, block->rows, (int)(3 * run->points));
-    return SRNF_OK;
-}
-
-static void close_block(struct block *block)
-{
-    srnf_free(block->order);
-    srnf_free(block->source);
-    srnf_free(block->contrasts);
-    srnf_free(block->rows);
-}
-
-/* A permutation by its contrast, which the permuted columns of U but the constant follow. */
-static void count_global(struct compare_run *run, const double *contrast)
-{
-    if (stats_as_large(global_statistic(run, contrast), run->observed)) {
-        atomic_fetch_add_explicit(&run->global, 1, memory_order_relaxed);
-    }
-    if (run->exchange.test.exact && is_contrast(&run->design, contrast)) {
-        atomic_fetch_add_explicit(&run->tied, 1, memory_order_relaxed);
-        if (is_nuisance(&run->design, contrast + run->n)) {
-            atomic_fetch_add_explicit(&run->tied_local, 1, memory_order_relaxed);
-        }
-    }
-}
-
-static int run_block(void *argument, size_t index, const struct srnf_context *context,
-                     struct srnf_error *error)
-{
-    struct compare_run *run = argument;
-    size_t each = run->design.nuisance;
-    size_t first = 1 + index * BLOCK;
-    size_t left = run->permutations + 1 - first;
-    struct block block;
-    int status = open_block(&block, run, first, left < BLOCK ? left : BLOCK);
-
-    (void)context;
-    (void)error;
-    for (size_t k = 0; k < block.count && status == SRNF_OK; k++) {
-        const double *rows = block.rows + k * each * 3 * run->points;
-        double largest = 0.0;
-
-        for (size_t p = 0; p < run->points; p++) {
-            double t2 = hotelling(run, rows, p);
-
-            largest = fmax(largest, t2);
-            if (stats_as_large(t2, run->out->statistic[p])) {
-                atomic_fetch_add_explicit(&run->count[p], 1, memory_order_relaxed);
-            }
-        }
-        run->largest[first + k] = largest;
-        count_global(run, block.contrasts + k * each * run->n);
-    }
-    close_block(&block);
-    return status;
 }
 
 /* ---- What was observed ----------------------------------------------------------------------- */
@@ -338,20 +137,20 @@ static int find_interval(const struct compare_run *run)
 
 static int observe(struct compare_run *run, const double *mean)
 {
-    struct block block;
-    int status = open_block(&block, run, 0, 1);
+    struct compare_block block;
+    int status = compare_block_open(&block, run, 0, 1);
 
     for (size_t p = 0; p < run->points && status == SRNF_OK; p++) {
-        run->out->statistic[p] = hotelling(run, block.rows, p);
+        run->out->statistic[p] = compare_hotelling(run, block.rows, p);
         run->largest[0] = fmax(run->largest[0], run->out->statistic[p]);
     }
     if (status == SRNF_OK) {
-        run->observed = global_statistic(run, block.contrasts);
+        run->observed = compare_global(run, block.contrasts);
         run->out->distance = sqrt(run->observed);
         status = describe(run, mean, block.rows);
         status = status ? status : find_interval(run);
     }
-    close_block(&block);
+    compare_block_close(&block);
     return status;
 }
 
@@ -472,7 +271,7 @@ static int check(size_t n, const struct srnf_compare_options *options, struct sr
 static int compute(struct compare_run *run, const double *mean, const double *registered_q,
                    const struct srnf_context *context, struct srnf_error *error)
 {
-    size_t blocks = (run->permutations + BLOCK - 1) / BLOCK;
+    size_t blocks = (run->permutations + COMPARE_BLOCK - 1) / COMPARE_BLOCK;
     int status = open_run(run);
 
     status = status ? status : fill_gram(run, registered_q, error);
@@ -488,7 +287,7 @@ static int compute(struct compare_run *run, const double *mean, const double *re
         status = observe(run, mean);
     }
     status = status ? status
-                    : stats_run(context, blocks, run_block, run,
+                    : stats_run(context, blocks, compare_block_run, run,
                                 (struct stats_progress){PROGRESS_EMBED, 1.0, "permuting"}, error);
     return status ? status : conclude(run);
 }

@@ -4,6 +4,8 @@
 #ifndef SRNF_STATS_COMPARE_H
 #define SRNF_STATS_COMPARE_H
 
+#include <stdatomic.h>
+
 #include "stats.h"
 #include "subjects.h"
 
@@ -54,8 +56,52 @@ size_t compare_kinds(const struct compare_averages *averages, size_t n_covariate
 void compare_permutation(uint64_t seed, uint64_t number, size_t n, uint32_t *order);
 /* The order [n] of one of all relabellings where those are taken, and else of such a permutation;
    number 0 is the identity. source: [2 n] of scratch. */
-struct exchange;
 void compare_relabel(const struct exchange *exchange, uint64_t seed, uint64_t number, size_t n,
                      size_t *source, uint32_t *order);
+
+/* ---- The run --------------------------------------------------------------------------------- */
+
+struct compare_run {
+    const struct srnf_sht *sht;
+    size_t n, points, permutations;
+    uint64_t seed;
+    struct compare_design design;
+    struct exchange exchange;
+    struct stats_embedding embedding;
+    const double *const *near; /* [n] surfaces to search from, or NULL */
+    double *q;                 /* [n][3][P] residual SRNFs times the roots of the weights */
+    double *vectors;           /* [n][3][P] residual displacements */
+    double *gram;              /* [n][n] of q */
+    double *squares;           /* [P][6] Y'Y: xx xy xz yy yz zz */
+    double observed;           /* global statistic */
+    double *largest;    /* [permutations + 1] of T^2 over the map; the first is the observed */
+    atomic_uint global; /* permutations as far apart */
+    atomic_uint tied,
+        tied_local;     /* those that are as far, or all over the map, whatever the data */
+    atomic_uint *count; /* [P] permutations with as large a T^2 */
+    struct srnf_comparison *out;
+};
+
+/* ---- compare_blocks.c: permutations, so many at a time --------------------------------------- */
+
+#define COMPARE_BLOCK ((size_t)32) /* permutations of one task */
+struct compare_block {
+    size_t first, count; /* numbers of the permutations */
+    uint32_t *order;     /* [n] */
+    size_t *source;      /* [n], and as many of scratch */
+    double *contrasts;   /* [count][nuisance][n] */
+    double *rows;        /* [count][nuisance][3][P] */
+};
+/* SRNF_ENOMEM; to be closed in any case. */
+SRNF_CHECKED int compare_block_open(struct compare_block *block, const struct compare_run *run,
+                                    size_t first, size_t count);
+void compare_block_close(struct compare_block *block);
+/* T^2 at a node. rows: the products of c and of the P'u with Y, one after another, [3][P] each. */
+double compare_hotelling(const struct compare_run *run, const double *rows, size_t node);
+/* |b|^2 of the SRNFs for the contrast c. */
+double compare_global(const struct compare_run *run, const double *c);
+/* Counts what one block of permutations gives: for stats_run. */
+SRNF_CHECKED int compare_block_run(void *argument, size_t index, const struct srnf_context *context,
+                                   struct srnf_error *error);
 
 #endif
