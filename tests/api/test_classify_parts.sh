@@ -15,10 +15,10 @@ run() { # PROCESS INPUTS
 }
 
 start_server "$SCRATCH/data" --workers 2 || exit 1
-# Twelve subjects of two labels; with sanitizers six, which are too few to tell anything, so that figures are for release
+# Ten subjects of two labels; with sanitizers six, which are too few to tell anything, so that figures are for release
 # builds. What bumps both parts tells the label, what bumps one and dents the other says nothing and
 # is larger. The second part of one label is larger, and those of that label are older.
-N=12
+N=10
 [ -n "$SRNFD_SANITIZED" ] && N=6
 python3 - "$URL" $N >"$SCRATCH/members.json" <<'PYTHON'
 import json, random, sys

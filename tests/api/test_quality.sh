@@ -13,7 +13,7 @@ execute() { # PROCESS INPUTS
     post_json "/v1/processes/$1/execution" "{\"inputs\":$2}" --header 'Prefer: wait=300'
 }
 
-LMAX=6
+LMAX=4
 NAMES='amygdala caudate hippocampus pallidum putamen thalamus'
 
 start_server "$SCRATCH/data" --workers 2 || exit 1
@@ -79,9 +79,9 @@ compare "$(json .pValue)" '>=' 0.005 'p has the least that the permutations allo
 compare "$(json .pValue)" '<=' 1 'and is a probability'
 is "$(json '.distanceInterval[0] >= 0 and .distanceInterval[0] <= .distance and .distance <= .distanceInterval[1]')" true \
     'the distance lies in its interval'
-is "$(json '[.map.pointwiseP, .map.significance] | transpose | map(.[0] > 0 and .[0] <= .[1] + 1e-15) | length == 242 and all')" true \
+is "$(json '[.map.pointwiseP, .map.significance] | transpose | map(.[0] > 0 and .[0] <= .[1] + 1e-15) | length == 128 and all')" true \
     'p of single points is not corrected'
-is "$(json '[.map.significance, .map.fdr, .map.effect | length == 242] | tojson')" '[true,true,true]' \
+is "$(json '[.map.significance, .map.fdr, .map.effect | length == 128] | tojson')" '[true,true,true]' \
     'the map has a value at every node of the grid'
 is "$(json '[.map.significance, .map.fdr | .[] | . > 0 and . <= 1] | length > 0 and all')" true 'of probabilities'
 compare "$(json '(.map.significance | min) - .leastSignificance | fabs')" '<' 1e-15 'and its least is told'

@@ -26,7 +26,7 @@ prepare() {
     post_json /v1/cohorts "$(jq -c '{name: "between", members: [.surfaces[] | {id: .id}]}' "$BODY")"
     is "$STATUS" 201 'a cohort of surfaces'
 }
-PCA='{"cohort":"between","tolerance":1e-8,"maxIterations":12,"components":5}'
+PCA='{"cohort":"between","tolerance":1e-8,"maxIterations":8,"components":5}'
 numbers() { # of the last body
     jq -S '[.model.eigenvalues, .distances, [.history[] | .objective]]' "$BODY"
 }

@@ -9,7 +9,7 @@
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
 
-LMAX=6
+LMAX=4
 REQUEST_SECONDS=400
 NAMES='L_pallidum R_pallidum L_thalamus R_thalamus'
 
@@ -130,9 +130,9 @@ compare "$(largest '.weights as $w | .modes as $m | range(3) as $a | range(3) as
         map([.[0], .[1]] | transpose | map(.[0] * .[1]) | add) | add * $v) | add) -
     (if $a == $b then 1 else 0 end)')" '<' 1e-9 'the modes are orthonormal'
 get "/v1/models/$MODEL/modes?format=npy"
-like "$(head -c 128 "$BODY" | tr -d '\0')" "'shape': \(3, 11, 22, 3\)" 'and come as .npy'
+like "$(head -c 128 "$BODY" | tr -d '\0')" "'shape': \(3, 8, 16, 3\)" 'and come as .npy'
 get "/v1/models/$MODEL/modes?format=csv"
-is "$(wc -l <"$BODY")" $((1 + 3 * 11 * 22)) 'and as CSV'
+is "$(wc -l <"$BODY")" $((1 + 3 * 8 * 16)) 'and as CSV'
 get '/v1/models?limit=10'
 is "$(json '.items | length') $(json '.items[0] | has("scores")')" '2 false' 'models are listed'
 get /v1/models/model-00000000000000000000000000000000
