@@ -12,7 +12,7 @@ REQUEST_SECONDS=400
 WAIT='Prefer: wait=300'
 
 start_server "$SCRATCH/data" --workers 2 || exit 1
-# Eighteen subjects of two labels; twelve are trained on. What bumps both parts tells the label, what bumps one and dents
+# Eighteen subjects of two labels; ten are trained on. What bumps both parts tells the label, what bumps one and dents
 # the other says nothing. The second part of one label is larger, and those of that label are older.
 python3 - "$URL" 18 >"$SCRATCH/members.json" <<'PYTHON'
 import json, random, sys
@@ -62,20 +62,20 @@ EVIDENCE='[.perSubject[] | .predicted, (.logLikelihoods // .nearestDistances)]'
 # ---- train-parts ---------------------------------------------------------------------------------------
 
 # The members of the second part first, and in another order.
-cohort known '.[:24] | [.[5:][], .[:5][]]'
+cohort known '.[:20] | [.[5:][], .[:5][]]'
 train known '"weights":{"first":2}'
 is "$STATUS $(json .model.kind)" '200 classifier' 'a classifier of two structures'
 MODEL=$(json .model.id)
 cp "$BODY" "$SCRATCH/trained.json"
-is "$(json '[.subjects, .members, (.perSubject | length), .lmax, .features] | tojson')" '[12,null,12,4,[]]' 'of subjects'
+is "$(json '[.subjects, .members, (.perSubject | length), .lmax, .features] | tojson')" '[10,null,10,4,[]]' 'of subjects'
 is "$(json '[.parts[] | .name, .weight] | tojson')" '["second",1,"first",2]' 'whose parts are in the order of the cohort, with their weights'
 is "$(json '[.model.parts == .parts, .model.positions, .model.classifier.template] | tojson')" '[true,null,null]' 'and in the record'
 is "$(json '[.parts[] | (.template.surface, .mean) | startswith("surf-")] | all')" true 'with a template and a mean of each'
-is "$(json '[.model.subjects, (.model.scores | length), .model.groups[:2]] | tojson')" '[12,12,["low","high"]]' \
+is "$(json '[.model.subjects, (.model.scores | length), .model.groups[:2]] | tojson')" '[10,10,["low","high"]]' \
     'scores are of subjects'
 is "$(json '[.warnings[]?.code | select(. == "far-from-group")] | length')" 0 'and all subjects belong together'
 post_json /v1/surfaces "$(jq -nc '[range(25) | 0] | {coefficients: {lmax: 4, x: (.[3] = 1), y: (.[1] = 1), z: (.[2] = 0.1)}}')"
-cohort odd ".[:24] | .[0].id = \"$(json .id)\""
+cohort odd ".[:20] | .[0].id = \"$(json .id)\""
 train odd '"method":"srnf-nn"'
 is "$(json '[.warnings[]? | select(.code == "far-from-group") | .figures | .part, .member] | tojson')" '["first",0]' \
     'a structure that is unlike those of all others is told of'
@@ -91,7 +91,7 @@ for FILE in srnf-gauss:trained srnf-nn:neighbours; do
         "${FILE%:*}: the folds say what those of classify-parts say, to the last bit"
 done
 
-cohort one '.[:24] | [.[] | select(.covariates.part == "first")]'
+cohort one '.[:20] | [.[] | select(.covariates.part == "first")]'
 train one '' train
 cp "$BODY" "$SCRATCH/train.json"
 train one
@@ -166,7 +166,7 @@ is "$(json '[.predictions[] | [.warnings[] | select(.code == "extrapolated" and 
 
 # Meshes of six subjects, whose second part is twenty times as large as their first; of one a hundred times that.
 scaled() { # SUBJECT PART FACTOR: the id of a mesh
-    get "/v1/surfaces/$(parts_of "$1" | jq -r ".$2")/mesh?format=obj&resolution=12"
+    get "/v1/surfaces/$(parts_of "$1" | jq -r ".$2")/mesh?format=obj&resolution=8"
     awk -v by="$3" '/^v / {printf "v %.9g %.9g %.9g\n", by * $2, by * $3, by * $4; next} /^f/' "$BODY" >"$SCRATCH/scaled.obj"
     post '/v1/meshes?format=obj' --data-binary "@$SCRATCH/scaled.obj"
     json .id
