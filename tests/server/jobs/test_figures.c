@@ -1,5 +1,6 @@
 /*
- * Numbers that jobs keep for each other: found by their digest alone, to the last bit, the latest of them.
+ * test_figures.c - numbers that jobs keep for each other: found by their digest alone, to the last
+ * bit, the latest of them.
  */
 #include <setjmp.h>
 #include <stdarg.h>
