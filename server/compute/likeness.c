@@ -255,7 +255,8 @@ static int match_classes(const struct likeness_run *l, struct compute_likeness *
     return status;
 }
 
-/* Room for two surfaces at the degree of matches, and how they are matched; close_run in any case. */
+/* Room for two surfaces at the degree of matches, and how they are matched; close_run in any
+   case. */
 static int open_run(struct jobs_run *run, size_t degree, struct likeness_run *l)
 {
     int status;

@@ -11,6 +11,7 @@
  * That a mesh cannot be encoded is a result: it is so anywhere, and what is to become of it is up
  * to the job. Memory and cancellation are no results.
  */
+#include "tasks/encodings.h"
 #include "tasks/internal.h"
 
 #include <math.h>
@@ -21,7 +22,6 @@
 #define MAGIC_SIZE 8
 #define VERSION 1
 #define PREFIX ((size_t)MAGIC_SIZE + 16) /* before the first mesh */
-#define SENTENCE ((size_t)240)
 #define AGREEMENT 1e-9 /* relative: figures of one surface differ by rounding alone */
 
 /* Of a mesh. Numbers from FIELD_REALS on are doubles. */
@@ -50,38 +50,7 @@ enum field {
 };
 #define HEAD (8 * (size_t)FIELDS)
 
-/* Of a surface. Numbers from FOUND_REALS on are doubles. */
-enum found {
-    FOUND_STATUS,
-    FOUND_DEGREE,
-    FOUND_ROUTE,
-    FOUND_STAR,
-    FOUND_FLIPPED,
-    FOUND_REALS,
-    FOUND_SCALE = FOUND_REALS,
-    FOUND_ORIGIN,
-    FOUND_STAR_CENTER = FOUND_ORIGIN + 3,
-    FOUND_STAR_MARGIN = FOUND_STAR_CENTER + 3,
-    FOUND_STAR_VIOLATING,
-    FOUND_DIRICHLET,
-    FOUND_AREA_DEVIATION,
-    FOUND_FIT, /* rms, p95, max, diagonal */
-    FOUND_AREA = FOUND_FIT + 4,
-    FOUND_VOLUME,
-    FOUND_CENTROID,
-    FOUND_VOLUME_RATIO = FOUND_CENTROID + 3,
-    FOUND_AREA_RATIO,
-    FOUNDS
-};
-#define FOUND_SIZE (8 * (size_t)FOUNDS)
-#define FAILED_SIZE ((size_t)16 + SENTENCE) /* status, element, sentence */
-
 /* ---- Inputs as bytes ------------------------------------------------------------------------- */
-
-static void put3(unsigned char *at, const double x[3])
-{
-    tasks_put_doubles(at, x, 3);
-}
 
 static void write_mesh(unsigned char *head, const struct tasks_encoding *e)
 {
@@ -101,12 +70,12 @@ static void write_mesh(unsigned char *head, const struct tasks_encoding *e)
     for (size_t i = 0; i < FIELD_REALS; i++) {
         tasks_put(head + 8 * i, numbers[i]);
     }
-    put3(head + 8 * FIELD_CENTER, o->center);
+    tasks_put_point(head + 8 * FIELD_CENTER, o->center);
     tasks_put_double(head + 8 * FIELD_SMOOTHING, o->smoothing);
-    put3(head + 8 * FIELD_STAR_CENTER, e->kernel.center);
+    tasks_put_point(head + 8 * FIELD_STAR_CENTER, e->kernel.center);
     tasks_put_double(head + 8 * FIELD_STAR_MARGIN, e->kernel.margin);
     tasks_put_double(head + 8 * FIELD_STAR_VIOLATING, e->kernel.violating_area_fraction);
-    put3(head + 8 * FIELD_CENTROID, e->centroid);
+    tasks_put_point(head + 8 * FIELD_CENTROID, e->centroid);
     tasks_put_double(head + 8 * FIELD_VOLUME, e->volume);
     tasks_put_double(head + 8 * FIELD_AREA, e->area);
 }
@@ -130,11 +99,6 @@ int tasks_encodings_write(size_t n, const struct tasks_encoding *encodings,
         write_mesh(inputs->bytes + PREFIX + i * HEAD, &encodings[i]);
     }
     return SRNF_OK;
-}
-
-static void get3(const unsigned char *at, double x[3])
-{
-    (void)tasks_get_doubles(at, 3, x); /* what is not finite the core refuses */
 }
 
 static size_t number(const unsigned char *head, enum field field)
@@ -170,12 +134,12 @@ static bool read_mesh(const unsigned char *head, struct tasks_encoding *e)
     o->parameterization = (enum srnf_parameterization)number(head, FIELD_PARAMETERIZATION);
     o->center_given = number(head, FIELD_CENTER_GIVEN) == 1;
     o->unit_area = number(head, FIELD_UNIT_AREA) == 1;
-    get3(head + 8 * FIELD_CENTER, o->center);
+    tasks_get_point(head + 8 * FIELD_CENTER, o->center);
     o->smoothing = tasks_get_double(head + 8 * FIELD_SMOOTHING);
-    get3(head + 8 * FIELD_STAR_CENTER, e->kernel.center);
+    tasks_get_point(head + 8 * FIELD_STAR_CENTER, e->kernel.center);
     e->kernel.margin = tasks_get_double(head + 8 * FIELD_STAR_MARGIN);
     e->kernel.violating_area_fraction = tasks_get_double(head + 8 * FIELD_STAR_VIOLATING);
-    get3(head + 8 * FIELD_CENTROID, e->centroid);
+    tasks_get_point(head + 8 * FIELD_CENTROID, e->centroid);
     e->volume = tasks_get_double(head + 8 * FIELD_VOLUME);
     e->area = tasks_get_double(head + 8 * FIELD_AREA);
     return true;
@@ -238,173 +202,7 @@ static int get_mesh(const struct tasks_content *content, size_t n_vertices, size
     return good ? SRNF_OK : SRNF_EINVAL;
 }
 
-/* ---- Results as bytes ------------------------------------------------------------------------ */
-
-static unsigned char *grow(struct tasks_bytes *result, size_t size)
-{
-    unsigned char *grown = size <= TASKS_RESULT_MAX - result->size
-                               ? realloc(result->bytes, result->size + size)
-                               : NULL;
-
-    if (!grown) {
-        return NULL;
-    }
-    result->bytes = grown;
-    result->size += size;
-    memset(grown + result->size - size, 0, size);
-    return grown + result->size - size;
-}
-
-static int append_failure(struct tasks_bytes *result, int status, const struct srnf_error *error)
-{
-    const char *message = error->message[0] ? error->message : srnf_strerror(status);
-    unsigned char *at = grow(result, FAILED_SIZE);
-
-    if (!at) {
-        return SRNF_ENOMEM;
-    }
-    tasks_put(at, (uint64_t)(int64_t)status);
-    tasks_put(at + 8, (uint64_t)(error->message[0] ? error->element : -1));
-    memcpy(at + 16, message, strnlen(message, SENTENCE - 1));
-    return SRNF_OK;
-}
-
-static int append_surface(struct tasks_bytes *result, const struct srnf_encoded *e)
-{
-    const uint64_t numbers[FOUND_REALS] = {[FOUND_DEGREE] = e->degree,
-                                           [FOUND_ROUTE] = (uint64_t)e->route,
-                                           [FOUND_STAR] = e->star.value,
-                                           [FOUND_FLIPPED] = e->distortion.flipped};
-    const double fit[4] = {e->fit.rms, e->fit.p95, e->fit.max, e->fit.diagonal};
-    size_t count = 3 * srnf_coefficient_count(e->degree);
-    unsigned char *at = grow(result, FOUND_SIZE + SENTENCE + 8 * count);
-
-    if (!at) {
-        return SRNF_ENOMEM;
-    }
-    for (size_t i = 0; i < FOUND_REALS; i++) {
-        tasks_put(at + 8 * i, numbers[i]);
-    }
-    tasks_put_double(at + 8 * FOUND_SCALE, e->scale);
-    put3(at + 8 * FOUND_ORIGIN, e->origin);
-    put3(at + 8 * FOUND_STAR_CENTER, e->star.center);
-    tasks_put_double(at + 8 * FOUND_STAR_MARGIN, e->star.margin);
-    tasks_put_double(at + 8 * FOUND_STAR_VIOLATING, e->star.violating_area_fraction);
-    tasks_put_double(at + 8 * FOUND_DIRICHLET, e->distortion.symmetric_dirichlet);
-    tasks_put_double(at + 8 * FOUND_AREA_DEVIATION, e->distortion.log_area_deviation);
-    tasks_put_doubles(at + 8 * FOUND_FIT, fit, 4);
-    tasks_put_double(at + 8 * FOUND_AREA, e->measures.area);
-    tasks_put_double(at + 8 * FOUND_VOLUME, e->measures.volume);
-    put3(at + 8 * FOUND_CENTROID, e->measures.centroid);
-    tasks_put_double(at + 8 * FOUND_VOLUME_RATIO, e->volume_ratio);
-    tasks_put_double(at + 8 * FOUND_AREA_RATIO, e->area_ratio);
-    memcpy(at + FOUND_SIZE, e->reason, strnlen(e->reason, SENTENCE - 1));
-    tasks_put_doubles(at + FOUND_SIZE + SENTENCE, e->coefficients, count);
-    return SRNF_OK;
-}
-
-/* Whether the numbers can be those of a surface: only what distorts a map may have no bound. */
-static bool is_surface(const unsigned char *at)
-{
-    bool good = tasks_get(at) == SRNF_OK && tasks_get(at + 8 * FOUND_DEGREE) <= TASKS_DEGREE_MAX &&
-                tasks_get(at + 8 * FOUND_ROUTE) <= SRNF_PARAMETERIZATION_GIVEN &&
-                tasks_get(at + 8 * FOUND_STAR) <= 1 && tasks_is_sentence(at + FOUND_SIZE, SENTENCE);
-
-    for (size_t i = FOUND_REALS; i < FOUNDS && good; i++) {
-        good = i == FOUND_DIRICHLET || i == FOUND_AREA_DEVIATION ||
-               isfinite(tasks_get_double(at + 8 * i));
-    }
-    return good;
-}
-
-static void get_surface(const unsigned char *at, struct srnf_encoded *e)
-{
-    double fit[4];
-
-    e->route = (enum srnf_parameterization)tasks_get(at + 8 * FOUND_ROUTE);
-    e->star.value = tasks_get(at + 8 * FOUND_STAR) != 0;
-    e->distortion.flipped = (size_t)tasks_get(at + 8 * FOUND_FLIPPED);
-    e->scale = tasks_get_double(at + 8 * FOUND_SCALE);
-    get3(at + 8 * FOUND_ORIGIN, e->origin);
-    get3(at + 8 * FOUND_STAR_CENTER, e->star.center);
-    e->star.margin = tasks_get_double(at + 8 * FOUND_STAR_MARGIN);
-    e->star.violating_area_fraction = tasks_get_double(at + 8 * FOUND_STAR_VIOLATING);
-    e->distortion.symmetric_dirichlet = tasks_get_double(at + 8 * FOUND_DIRICHLET);
-    e->distortion.log_area_deviation = tasks_get_double(at + 8 * FOUND_AREA_DEVIATION);
-    (void)tasks_get_doubles(at + 8 * FOUND_FIT, 4, fit);
-    e->fit = (struct srnf_fit){fit[0], fit[1], fit[2], fit[3]};
-    e->measures.area = tasks_get_double(at + 8 * FOUND_AREA);
-    e->measures.volume = tasks_get_double(at + 8 * FOUND_VOLUME);
-    get3(at + 8 * FOUND_CENTROID, e->measures.centroid);
-    e->volume_ratio = tasks_get_double(at + 8 * FOUND_VOLUME_RATIO);
-    e->area_ratio = tasks_get_double(at + 8 * FOUND_AREA_RATIO);
-    memcpy(e->reason, at + FOUND_SIZE, SENTENCE - 1);
-}
-
-/* A status that is a result. */
-static bool is_result(int64_t status)
-{
-    return status < 0 && status >= SRNF_ENUMERIC && status != SRNF_ENOMEM &&
-           status != SRNF_ECANCELED;
-}
-
-/* What became of one mesh, at *at, which moves on; its coefficients are the caller's to free. */
-static int read_one(const unsigned char **at, const unsigned char *end, struct tasks_encoded *found)
-{
-    size_t left = (size_t)(end - *at), count;
-    double *coefficients;
-
-    *found = (struct tasks_encoded){.status = SRNF_OK};
-    if (left >= FAILED_SIZE && is_result((int64_t)tasks_get(*at))) {
-        if (!tasks_is_sentence(*at + 16, SENTENCE)) {
-            return SRNF_EINVAL;
-        }
-        found->status = found->error.status = (int)(int64_t)tasks_get(*at);
-        found->error.element = (int64_t)tasks_get(*at + 8);
-        memcpy(found->error.message, *at + 16, SENTENCE - 1);
-        *at += FAILED_SIZE;
-        return SRNF_OK;
-    }
-    if (left < FOUND_SIZE + SENTENCE || !is_surface(*at)) {
-        return SRNF_EINVAL;
-    }
-    found->encoded.degree = (size_t)tasks_get(*at + 8 * FOUND_DEGREE);
-    count = 3 * srnf_coefficient_count(found->encoded.degree);
-    if (left - FOUND_SIZE - SENTENCE < 8 * count) {
-        return SRNF_EINVAL;
-    }
-    coefficients = srnf_alloc(count, sizeof(double));
-    if (!coefficients) {
-        return SRNF_ENOMEM;
-    }
-    if (!tasks_get_doubles(*at + FOUND_SIZE + SENTENCE, count, coefficients)) {
-        srnf_free(coefficients);
-        return SRNF_EINVAL;
-    }
-    get_surface(*at, &found->encoded);
-    found->encoded.coefficients = coefficients;
-    *at += FOUND_SIZE + SENTENCE + 8 * count;
-    return SRNF_OK;
-}
-
-int tasks_encodings_read(const void *result, size_t size, size_t n, struct tasks_encoded *found)
-{
-    const unsigned char *at = result, *end = at + size;
-    int status = SRNF_OK;
-    size_t i = 0;
-
-    for (; i < n && status == SRNF_OK; i++) {
-        status = read_one(&at, end, &found[i]);
-    }
-    if (status == SRNF_OK && at != end) {
-        status = SRNF_EINVAL;
-    }
-    while (status != SRNF_OK && i-- > 0) {
-        srnf_free(found[i].encoded.coefficients);
-        found[i] = (struct tasks_encoded){.status = status};
-    }
-    return status;
-}
+/* ---- Whether results can be true ------------------------------------------------------------- */
 
 static bool is_near(double a, double b)
 {
@@ -483,7 +281,7 @@ static bool check_encodings(const void *inputs, size_t size, const void *result,
         const unsigned char *head = heads + PREFIX + i * HEAD;
         struct tasks_encoded found;
 
-        good = read_one(&at, end, &found) == SRNF_OK &&
+        good = encodings_read_one(&at, end, &found) == SRNF_OK &&
                (found.status < 0 ||
                 (found.encoded.degree == number(head, FIELD_DEGREE) &&
                  agrees(head, &found.encoded) && is_measured(&gauge, &found.encoded)));
@@ -522,9 +320,9 @@ static int encode_one(const struct tasks_encoding *asked, const struct tasks_con
         options.kernel = asked->kernel_known ? &asked->kernel : NULL;
         status = srnf_encode(&meshes[0], &report, &options, context, &encoded, &error);
         if (status == SRNF_OK) {
-            status = append_surface(result, &encoded);
-        } else if (is_result(status)) {
-            status = append_failure(result, status, &error);
+            status = encodings_add_surface(result, &encoded);
+        } else if (encodings_is_result(status)) {
+            status = encodings_add_failure(result, status, &error);
         }
     }
     srnf_free(encoded.coefficients);

@@ -13,6 +13,8 @@ void tasks_put(unsigned char bytes[8], uint64_t value);
 uint64_t tasks_get(const unsigned char bytes[8]);
 void tasks_put_double(unsigned char bytes[8], double value);
 double tasks_get_double(const unsigned char bytes[8]);
+void tasks_put_point(unsigned char *bytes, const double x[3]);
+void tasks_get_point(const unsigned char *bytes, double x[3]);
 /* False: one of them is not finite, and some are read. */
 bool tasks_get_doubles(const unsigned char *bytes, size_t count, double *values);
 /* Whether the bytes are a sentence as the core makes them: printable ASCII, and zeros behind it. */

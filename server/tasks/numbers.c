@@ -59,6 +59,16 @@ bool tasks_get_doubles(const unsigned char *bytes, size_t count, double *values)
     return finite;
 }
 
+void tasks_put_point(unsigned char *bytes, const double x[3])
+{
+    tasks_put_doubles(bytes, x, 3);
+}
+
+void tasks_get_point(const unsigned char *bytes, double x[3])
+{
+    (void)tasks_get_doubles(bytes, 3, x); /* what is not finite the core refuses */
+}
+
 bool tasks_is_sentence(const unsigned char *bytes, size_t size)
 {
     size_t length = 0;
