@@ -22,7 +22,7 @@ submit_all() { # MESH FILE
     local degree smoothing
     : >"$2"
     for smoothing in 0 0.00001 0.0001 0.001 0.002; do
-        for degree in 21 27 31 36 42 47 51 57 61 63; do
+        for degree in 12 15 18 21 24 27 30 33 36 39; do
             execute encode "{\"mesh\":\"$1\",\"lmax\":$degree,\"smoothing\":$smoothing}" \
                 --header 'Prefer: respond-async'
             [ "$STATUS" = 201 ] || return 1
