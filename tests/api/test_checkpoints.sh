@@ -34,7 +34,7 @@ prepare() {
 }
 CLASSIFY='{"cohort":"nuclei","method":["srnf-nn","srm-nn"],"refit":"shared"}'
 COMPARE='{"cohort":"nuclei","permutations":99,"commonPose":true,"tolerance":1e-8,"maxIterations":6}'
-EVALUATE='{"cohort":"nuclei","register":false,"components":4,"samples":2000}'
+EVALUATE='{"cohort":"nuclei","register":false,"components":4,"samples":1600}'
 numbers() { # PROCESS: its numbers in the last body
     case $1 in
     classify) jq -S '[.methods]' "$BODY" ;;
@@ -71,7 +71,7 @@ cut() { # PROCESS INPUTS BYTES PROGRESS
         last=$(logged job-checkpoint "$JOB" | tail -n 1)
         [ "$(json ".progress >= $4 or .status != \"running\"")" = true ] && [ "${last%% *}" ] && [ "${last%% *}" -gt "$3" ] && break
         [ "$(json '.status | . == "successful" or . == "failed"')" = true ] && break
-        sleep 0.02
+        sleep 0.05
     done
     is "$(json .status)" running "$1 runs"
     kill_server

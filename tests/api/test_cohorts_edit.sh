@@ -160,7 +160,7 @@ many() { # COUNT
     printf ']}'
 }
 COUNT=100000
-[ -n "$SRNFD_SANITIZED" ] && COUNT=20000
+[ -n "$SRNFD_SANITIZED" ] && COUNT=12000
 many "$COUNT" >"$SCRATCH/many.json"
 began=$(date +%s%3N)
 post /v1/cohorts --header 'Content-Type: application/json' --data-binary "@$SCRATCH/many.json"
