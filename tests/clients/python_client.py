@@ -181,7 +181,7 @@ class Studies(unittest.TestCase):
         self.labels.write_text(nuclei_table())
 
     def study(self, client=None, **options):
-        options = {"lmax": 5, "register": "none", "mirror_right": True, **options}
+        options = {"lmax": 4, "register": "none", "mirror_right": True, **options}
         return srnf.Study.from_folder(self.folder, self.labels, client=client or CLIENT, **options)
 
     def test_return(self):
