@@ -375,7 +375,7 @@ is_problem() { # STATUS CODE NAME
 # last record is in $BODY.
 JOB_STATUS=
 poll_job() { # ID SECONDS
-    local deadline=$((SECONDS + $2))
+    local deadline=$((SECONDS + $2)) pause=0.1 asked=0
     while :; do
         get "/v1/jobs/$1"
         JOB_STATUS=$(json .status)
@@ -383,6 +383,8 @@ poll_job() { # ID SECONDS
         successful | failed | dismissed) return 0 ;;
         esac
         [ "$SECONDS" -lt "$deadline" ] || return 1
-        sleep 0.1
+        asked=$((asked + 1))
+        [ "$asked" -lt 10 ] || pause=0.3 # a question takes processor time, too
+        sleep "$pause"
     done
 }
