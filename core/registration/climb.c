@@ -17,7 +17,10 @@
 #define PULLED_DECREASE 3e-3
 #define REFIT_DEGREE ((size_t)20) /* of the step that stands for delta */
 #define REFIT_WORSE 2e-3
-#define ROUND_GAIN 5e-3         /* part of the objective: below it there is no further round */
+/* Parts of the objective: a round that gains less, or steps of the moving surface's domain after
+   those of the template's, has no further one after it. */
+#define ROUND_GAIN 5e-3
+#define ALTERNATE_GAIN 2e-3
 #define STEPS_MAX ((size_t)120) /* of a degree; common poses may need 100 to come to rest */
 
 /* Degrees of the fields in turn, and the gain below which each is left. */
@@ -357,7 +360,7 @@ int climb_run(const struct search *s, size_t from, bool replayed, struct search_
     /* Landmarks follow steps of the moving surface's domain alone. */
     size_t rounds = s->landmarks ? 0 : s->rounds;
     struct climb c = {.search = s};
-    double gain = 1.0;
+    bool goes_on = true;
     int status = open_climb(&c);
 
     if (status == SRNF_OK && replayed) {
@@ -371,14 +374,17 @@ int climb_run(const struct search *s, size_t from, bool replayed, struct search_
     if (status == SRNF_OK && (replayed || rounds == 0)) {
         status = climb_rungs(&c, from, rounds == 0 && !s->basin ? degree : basin, result);
     }
-    for (size_t k = 0; k < rounds && gain > ROUND_GAIN && status == SRNF_OK; k++) {
+    for (size_t k = 0; k < rounds && goes_on && status == SRNF_OK; k++) {
         double before = c.cloud.objective;
+        double pulled;
 
         status = is_forward(&result->warp.chain) ? climb_pulled(&c, result) : SRNF_OK;
+        pulled = c.cloud.objective;
         if (status == SRNF_OK) {
             status = climb_rungs(&c, basin < degree ? basin : degree - 1, degree, result);
         }
-        gain = 1.0 - c.cloud.objective / before;
+        goes_on = c.cloud.objective < (1.0 - ROUND_GAIN) * before &&
+                  c.cloud.objective < (1.0 - ALTERNATE_GAIN) * pulled;
     }
     status = status ? status : tell(&c, result);
     close_climb(&c);
