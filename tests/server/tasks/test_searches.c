@@ -91,6 +91,21 @@ static struct tasks_bytes run(const struct world *world, const struct tasks_sear
     return result;
 }
 
+/* What all surfaces have, computed once: the world is the same for each test. */
+static struct tasks_bytes all_found(const struct world *world)
+{
+    static struct tasks_bytes found;
+    struct tasks_bytes copy;
+
+    if (!found.bytes) {
+        found = run(world, &world->asked, world->contents);
+    }
+    copy = (struct tasks_bytes){malloc(found.size), found.size};
+    assert_non_null(copy.bytes);
+    memcpy(copy.bytes, found.bytes, found.size);
+    return copy;
+}
+
 struct found {
     const struct world *world;
     size_t first, count;
@@ -128,7 +143,7 @@ static void bits_are_those_of_the_search(void **state)
 {
     struct world *world = *state;
     struct found all = {.world = world}, last = {.world = world, .first = N - 1};
-    struct tasks_bytes result = run(world, &world->asked, world->contents);
+    struct tasks_bytes result = all_found(world);
     struct tasks_searches one = world->asked;
     struct tasks_content contents[2] = {world->contents[0], world->contents[N]};
 
@@ -329,7 +344,7 @@ static int fail_second(void *argument, size_t i, const double rotation[9], struc
 static void who_takes_may_fail(void **state)
 {
     struct world *world = *state;
-    struct tasks_bytes result = run(world, &world->asked, world->contents);
+    struct tasks_bytes result = all_found(world);
     size_t taken = 0;
 
     assert_int_equal(tasks_searches_read(result.bytes, result.size, N, fail_second, NULL, &taken),
@@ -378,7 +393,7 @@ static void what_is_no_task_is_refused(void **state)
 static void what_is_no_result_is_told(void **state)
 {
     struct world *world = *state;
-    struct tasks_bytes result = run(world, &world->asked, world->contents), inputs;
+    struct tasks_bytes result = all_found(world), inputs;
     double none = (double)NAN;
 
     assert_int_equal(tasks_searches_write(&world->asked, &inputs), SRNF_OK);
@@ -388,11 +403,11 @@ static void what_is_no_result_is_told(void **state)
     tasks_put(result.bytes, UINT64_MAX); /* links */
     assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
     free(result.bytes);
-    result = run(world, &world->asked, world->contents);
+    result = all_found(world);
     tasks_put_doubles(result.bytes + 8, &none, 1);
     assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
     free(result.bytes);
-    result = run(world, &world->asked, world->contents);
+    result = all_found(world);
     tasks_put(result.bytes + 80, SRNF_WARP_SERIES); /* no link of a search */
     assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
     free(result.bytes);
@@ -413,7 +428,7 @@ static void what_is_no_rotation_is_told(void **state)
                                     {1, 1e-3, 0, 0, 1, 0, 0, 0, 1},
                                     {0}};
     struct world *world = *state;
-    struct tasks_bytes inputs, result = run(world, &world->asked, world->contents);
+    struct tasks_bytes inputs, result = all_found(world);
     unsigned char *places[] = {result.bytes + 8, result.bytes + 96}; /* O; that of the first link */
 
     assert_int_equal(tasks_get(result.bytes + 80), SRNF_WARP_ROTATION);
@@ -437,7 +452,7 @@ static void what_is_no_rotation_is_told(void **state)
 static void what_no_search_finds_is_told(void **state)
 {
     struct world *world = *state;
-    struct tasks_bytes inputs, result = run(world, &world->asked, world->contents);
+    struct tasks_bytes inputs, result = all_found(world);
     size_t links = (size_t)tasks_get(result.bytes), at = 80;
     double value;
 
