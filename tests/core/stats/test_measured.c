@@ -141,6 +141,7 @@ static void error_alone_is_found_at_the_level(void **state)
     size_t found = 0;
 
     (void)state;
+    figures_count_unsanitized();
     for (size_t run = 0; run < runs; run++) {
         const struct measured_plan plan = {8, run % 2, run % 3 ? 1.0 : 0.0, 0.0, 0.2, 100 + run};
         struct srnf_asymmetry_test out;

@@ -238,6 +238,7 @@ static void error_falls_with_subjects(void **state)
     double error[2] = {0.0, 0.0};
 
     (void)state;
+    figures_count_unsanitized();
     for (size_t k = 0; k < 2; k++) {
         for (uint64_t seed = 0; seed < 8; seed++) {
             struct visits v;
@@ -261,6 +262,7 @@ static void no_change_is_found_at_the_level(void **state)
     size_t local = 0;
 
     (void)state;
+    figures_count_unsanitized();
     for (size_t run = 0; run < runs; run++) {
         struct visits v;
         struct srnf_paired out;
@@ -460,6 +462,7 @@ static void few_subjects_hold_the_change(void **state)
     size_t most = 0;
 
     (void)state;
+    figures_count_unsanitized();
     for (size_t k = 0; k < 3 * 2 * 5; k++) {
         double signal = (double[]){0.0, 1.0, 4.0, 25.0, 100.0}[k / 6];
         size_t missed[2];

@@ -463,6 +463,7 @@ static void shuffled_covariates_are_found_at_the_level(void **state)
     size_t inside = 0;
 
     (void)state;
+    figures_count_unsanitized();
     open_study(&a, 0.004, 7);
     for (size_t run = 0; run < runs; run++) {
         struct srnf_regression out;
@@ -503,6 +504,7 @@ static void columns_of_noise_have_no_share(void **state)
     size_t above = 0;
 
     (void)state;
+    figures_count_unsanitized();
     for (size_t run = 0; run < STUDIES; run++) {
         struct test_random random = test_random_seed(400 + run);
         double values[N * NOISY];

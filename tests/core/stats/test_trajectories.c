@@ -571,6 +571,7 @@ static void nothing_is_found_at_the_level(void **state)
     size_t group_map = 0;
 
     (void)state;
+    figures_count_unsanitized();
     for (size_t run = 0; run < runs; run++) {
         const struct lines_plan plan = {10, run % 2, 0.0, 0.0, 0.05, 0.02, 100 + run};
         struct lines l;
