@@ -12,6 +12,7 @@
 #define ITERATIONS ((size_t)5)
 #define STOP_AFTER ((size_t)3)
 #define STRIDE ((size_t)(FIGURES_SLOW ? 1601 : 397)) /* of the words that lie */
+#define TURNED ((size_t)(FIGURES_SLOW ? 3 : 1))      /* every n-th byte of those that are turned */
 #define HEAD_WORDS ((size_t)9)                       /* before the history */
 
 /* Keeps the bytes of every checkpoint; asks to stop after one of them. */
@@ -196,7 +197,8 @@ static void damaged_bytes(void **state)
     (void)state;
     open_setting(&s, 0);
     bytes = make_checkpoint(&s, &size);
-    for (size_t at = 0; at < size; at += at < 200 ? 1 : 1 + test_random_below(&random, 500)) {
+    for (size_t at = 0; at < size;
+         at += TURNED * (at < 200 ? 1 : 1 + test_random_below(&random, 500))) {
         unsigned char kept = bytes[at];
 
         bytes[at] ^= (unsigned char)(1u << test_random_below(&random, 8));
@@ -204,7 +206,7 @@ static void damaged_bytes(void **state)
         bytes[at] = kept;
     }
     for (size_t length = 0; length < size;
-         length += length < 200 ? 1 : 1 + test_random_below(&random, 500)) {
+         length += length < 200 ? 1 : TURNED * (1 + test_random_below(&random, 500))) {
         unsigned char *exact = malloc(length + 1); /* a read beyond it is seen by the sanitizer */
 
         assert_non_null(exact);

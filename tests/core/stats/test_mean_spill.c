@@ -170,7 +170,7 @@ static void same_bits_in_scratch(void **state)
         open_setting(&s, kind, &w);
         assert_true(srnf_karcher_mean(s.g.sht, N, s.g.surfaces, &s.options, NULL, &whole, NULL) >=
                     0);
-        for (size_t held = 0; held < N; held += 2) {
+        for (size_t held = FIGURES_SLOW && kind != 1 ? 2 : 0; held < N; held += 2) {
             lend(&s, held);
             assert_true(srnf_karcher_mean(s.g.sht, N, s.g.surfaces, &s.options,
                                           held ? &threads : NULL, &spilled, NULL) >= 0);
@@ -181,11 +181,13 @@ static void same_bits_in_scratch(void **state)
             atomic_store(&w.written, 0);
         }
         /* With room for all of them nothing is written. */
-        lend(&s, 100);
-        assert_true(srnf_karcher_mean(s.g.sht, N, s.g.surfaces, &s.options, NULL, &spilled, NULL) >=
-                    0);
-        assert_int_equal(atomic_load(&w.written), 0);
-        srnf_mean_clear(&spilled);
+        if (!FIGURES_SLOW || kind == 0) {
+            lend(&s, 100);
+            assert_true(
+                srnf_karcher_mean(s.g.sht, N, s.g.surfaces, &s.options, NULL, &spilled, NULL) >= 0);
+            assert_int_equal(atomic_load(&w.written), 0);
+            srnf_mean_clear(&spilled);
+        }
         srnf_mean_clear(&whole);
         group_close(&s.g);
         close_world(&w);
