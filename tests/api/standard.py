@@ -207,11 +207,11 @@ def make_inputs(service):
 
     mesh = service.send('/v1/meshes?format=ply', data=octahedron(8))['id']
     volume = service.send('/v1/volumes', data=ball(16))['id']
-    a, b, c, d, e, f = (service.send('/v1/surfaces', json=coefficients(bump))['id'] for bump in (0, 1, 2, 3, 4, 5))
+    a, b, c, d, e, f = (service.send('/v1/surfaces', json=coefficients(bump))['id'] for bump in (0, 0.2, 0.4, 0.6, 0.8, 1))
     members = [{'id': one, 'label': label, 'subject': one[-6:]} for one, label in zip((a, b, c, d, e, f), 'ppphhh')]
     service.send('/v1/cohorts', json={'name': 'six', 'members': members})
 
-    sided = [{'id': service.send('/v1/surfaces', json=coefficients(0.2 * i + side))['id'], 'subject': f's{i}',
+    sided = [{'id': service.send('/v1/surfaces', json=coefficients(0.04 * i + 0.2 * side))['id'], 'subject': f's{i}',
               'time': side, 'side': ('left', 'right')[side], 'covariates': {'part': 'ab'[side]}} for i in range(5) for side in (0, 1)]
     service.send('/v1/cohorts', json={'name': 'pairs', 'members': sided})
     parts = [{'id': service.send('/v1/surfaces', json=coefficients(0.2 * i + j))['id'], 'subject': f's{i}', 'label': 'xy'[i % 2],
@@ -221,7 +221,7 @@ def make_inputs(service):
     service.send('/v1/cohorts', json=few)
     pairs = {'cohort': link('cohorts/pairs'), 'register': False, 'permutations': 9, 'bootstraps': 100}
 
-    ten = [service.send('/v1/surfaces', json=coefficients(0.3 * i))['id'] for i in range(10)]
+    ten = [service.send('/v1/surfaces', json=coefficients(0.1 * i))['id'] for i in range(10)]
     service.send('/v1/cohorts', json={'name': 'ten', 'members': [
         {'id': one, 'label': 'pr'[i % 2]} for i, one in enumerate(ten)]})
     light = {'method': 'srnf-nn', 'commonPose': True}  # searches of a registration are not its concern
