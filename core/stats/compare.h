@@ -73,11 +73,11 @@ struct compare_run {
     double *vectors;           /* [n][3][P] residual displacements */
     double *gram;              /* [n][n] of q */
     double *squares;           /* [P][6] Y'Y: xx xy xz yy yz zz */
-    double observed;           /* global statistic */
+    double total;              /* trace of gram; 0: nothing but rounding */
+    double observed;           /* F of all nodes together */
     double *largest;    /* [permutations + 1] of T^2 over the map; the first is the observed */
     atomic_uint global; /* permutations as far apart */
-    atomic_uint tied,
-        tied_local;     /* those that are as far, or all over the map, whatever the data */
+    atomic_uint tied;   /* those that are as far, also all over the map, whatever the data */
     atomic_uint *count; /* [P] permutations with as large a T^2 */
     struct srnf_comparison *out;
 };
@@ -99,7 +99,9 @@ void compare_block_close(struct compare_block *block);
 /* T^2 at a node. rows: the products of c and of the P'u with Y, one after another, [3][P] each. */
 double compare_hotelling(const struct compare_run *run, const double *rows, size_t node);
 /* |b|^2 of the SRNFs for the contrast c. */
-double compare_global(const struct compare_run *run, const double *c);
+double compare_square(const struct compare_run *run, const double *c);
+/* F of the SRNFs. columns: [nuisance][n] the contrast, and the P'u. */
+double compare_global(const struct compare_run *run, const double *columns);
 /* Counts what one block of permutations gives: for stats_run. */
 SRNF_CHECKED int compare_block_run(void *argument, size_t index, const struct srnf_context *context,
                                    struct srnf_error *error);

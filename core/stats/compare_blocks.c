@@ -9,8 +9,9 @@
 #include <math.h>
 #include <string.h>
 
-#define TIE STATS_TIE /* of contrasts, as of statistics */
-#define SPAN 1e-12    /* of the square of a unit vector: what may lie outside of its span */
+#define TIE STATS_TIE    /* of contrasts, as of statistics */
+#define LEAST_LEFT 1e-15 /* of all squares: groups that tell all apart */
+#define SPAN 1e-12       /* of the square of a unit vector: what may lie outside of its span */
 
 /* ---- Statistics ------------------------------------------------------------------------------ */
 
@@ -51,14 +52,34 @@ static void permute(size_t n, const uint32_t *order, const double *v, double *ou
     }
 }
 
-double compare_global(const struct compare_run *run, const double *c)
+static double product(const struct compare_run *run, const double *c)
 {
     double sum = 0.0;
 
     for (size_t i = 0; i < run->n; i++) {
         sum += c[i] * cblas_ddot((int)run->n, run->gram + i * run->n, 1, c, 1);
     }
-    return fmax(sum, 0.0) / (run->design.squared * run->design.squared);
+    return fmax(sum, 0.0);
+}
+
+double compare_square(const struct compare_run *run, const double *c)
+{
+    return product(run, c) / (run->design.squared * run->design.squared);
+}
+
+double compare_global(const struct compare_run *run, const double *columns)
+{
+    double explained = product(run, columns) / run->design.squared;
+    double left = run->total - explained;
+
+    for (size_t u = 1; u < run->design.nuisance; u++) {
+        left -= product(run, columns + u * run->n);
+    }
+    if (!(run->total > 0.0)) {
+        return 0.0;
+    }
+    return explained / fmax(left, LEAST_LEFT * run->total) *
+           (double)compare_design_freedom(&run->design);
 }
 
 /* Whether a contrast is the observed one, or its negative. */
@@ -133,17 +154,15 @@ void compare_block_close(struct compare_block *block)
     srnf_free(block->rows);
 }
 
-/* A permutation by its contrast, which the permuted columns of U but the constant follow. */
-static void count_global(struct compare_run *run, const double *contrast)
+/* columns: the contrast, and the permuted columns of U but the constant. */
+static void count_global(struct compare_run *run, const double *columns)
 {
-    if (stats_as_large(compare_global(run, contrast), run->observed)) {
+    if (stats_as_large(compare_global(run, columns), run->observed)) {
         atomic_fetch_add_explicit(&run->global, 1, memory_order_relaxed);
     }
-    if (run->exchange.test.exact && is_contrast(&run->design, contrast)) {
+    if (run->exchange.test.exact && is_contrast(&run->design, columns) &&
+        is_nuisance(&run->design, columns + run->n)) {
         atomic_fetch_add_explicit(&run->tied, 1, memory_order_relaxed);
-        if (is_nuisance(&run->design, contrast + run->n)) {
-            atomic_fetch_add_explicit(&run->tied_local, 1, memory_order_relaxed);
-        }
     }
 }
 

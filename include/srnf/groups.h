@@ -100,13 +100,11 @@ struct srnf_compare_options srnf_compare_options_defaults(void);
 
 struct srnf_comparison {
     size_t n, subjects;                /* members, and whose they are */
-    struct srnf_permutation_test test; /* least is that of p_value */
-    double least_local; /* the smallest p that the map's statistics can have, also the largest of
-                           them; at most test.least */
-    bool asymptotic;    /* covariates: p has its level in large samples only */
+    struct srnf_permutation_test test; /* least is that of p_value and of the map */
+    bool asymptotic;                   /* covariates: p has its level in large samples only */
     double distance; /* of the groups' means, in the L2 norm of SRNFs, covariates regressed out */
     double distance_interval[2]; /* 95 %; NAN where subjects are too few (core/stats/intervals.c) */
-    double p_value;              /* of that */
+    double p_value;              /* of F, that distance over what is left of all others */
     double max_p_value;          /* of the largest local statistic: the least of significance */
     /* The map, on the grid: double[n_theta][n_phi]. */
     double *statistic;    /* Hotelling's T^2 */

@@ -34,13 +34,13 @@ static const struct process_input inputs[] = {
 };
 
 static const struct process_output outputs[] = {
-    {"pValue", OUTPUT_NUMBER, "Permutation p of the distance between the groups' means."},
+    {"pValue", OUTPUT_NUMBER,
+     "Permutation p of the distance between the groups' means, over how far subjects are from "
+     "them (F)."},
     {"members", OUTPUT_INTEGER, "Of the cohort."},
     {"subjects", OUTPUT_INTEGER, "What is compared: the members of each are averaged."},
     {"groupSizes", OUTPUT_OBJECT, "members and subjects of each group."},
-    {"pValueIsFloor", OUTPUT_BOOLEAN,
-     "Whether pValue is the smallest that the test can give; that of the map may be smaller, with "
-     "covariates."},
+    {"pValueIsFloor", OUTPUT_BOOLEAN, "Whether pValue is the smallest that the test can give."},
     {"pValueInterval", OUTPUT_NUMBERS_OR_NULLS,
      "Wilson's 95 % interval of the p that all relabellings would give; the point itself where "
      "exact."},

@@ -45,7 +45,6 @@ static json_t *summary(const struct compute_mean_outputs *mean,
 {
     size_t points = mean->n_theta * mean->n_phi;
     double least = 1.0, least_fdr = 1.0, largest = 0.0;
-    struct srnf_permutation_test local = comparison->test;
     json_t *document;
 
     for (size_t p = 0; p < points; p++) {
@@ -55,8 +54,7 @@ static json_t *summary(const struct compute_mean_outputs *mean,
     }
     document = json_pack("{s:o, s:o}", "leastFdr", json_finite(least_fdr), "largestEffect",
                          json_finite(largest));
-    local.least = comparison->least_local;
-    permutation_set_p(document, "leastSignificance", least, &local);
+    permutation_set_p(document, "leastSignificance", least, &comparison->test);
     return document;
 }
 
@@ -75,19 +73,6 @@ static json_t *map_json(const struct store_maps *maps)
     return map;
 }
 
-/* The map's p-values may be able to go lower than that of the whole surface. */
-static void warn_of_floors(json_t *warnings, const struct srnf_comparison *comparison)
-{
-    struct srnf_permutation_test local = comparison->test;
-
-    local.least = comparison->least_local;
-    if (local.least > PERMUTATION_LEVEL) {
-        permutation_warn(warnings, &local, "No p-value of this result can be");
-    } else {
-        permutation_warn(warnings, &comparison->test, "pValue, unlike those of the map, cannot be");
-    }
-}
-
 json_t *compare_groups_document(const struct compare *asked,
                                 const struct compute_mean_outputs *mean,
                                 const struct srnf_comparison *comparison,
@@ -100,7 +85,7 @@ json_t *compare_groups_document(const struct compare *asked,
     permutation_set_test(document, &comparison->test);
     (void)json_object_set_new(document, "level",
                               json_string(comparison->asymptotic ? "asymptotic" : "exact"));
-    warn_of_floors(warnings_of(document), comparison);
+    permutation_warn(warnings_of(document), &comparison->test, "No p-value of this result can be");
     (void)json_object_set_new(document, "members", json_integer((json_int_t)comparison->n));
     (void)json_object_set_new(document, "subjects", json_integer((json_int_t)comparison->subjects));
     (void)json_object_set(document, "groupSizes", json_object_get(cohort, "sizes"));

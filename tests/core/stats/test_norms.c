@@ -320,7 +320,8 @@ static void covariates_predict(void **state)
 
 static void others_have_uniform_percentiles(void **state)
 {
-    const size_t others = FIGURES_SLOW ? 10 : 60; /* how uniform they are is for the release build */
+    const size_t others =
+        FIGURES_SLOW ? 10 : 60; /* how uniform they are is for the release build */
     struct normals a;
     double percentiles[2][60];
     double distance;

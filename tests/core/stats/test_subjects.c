@@ -3,6 +3,7 @@
  * a p-value says of those not taken.
  */
 #include "group.h"
+#include "stats/compare.h"
 #include "stats/subjects.h"
 
 static void counts_subjects(void **state)
@@ -180,9 +181,35 @@ static void p_values_say_what_they_leave_open(void **state)
     assert_true(interval[0] == 0.0 && interval[1] == 1.0);
 }
 
+static void permutations_are_even(void **state)
+{
+    size_t count[24] = {0};
+    const size_t draws = 24000;
+    double chi = 0.0;
+
+    (void)state;
+    for (size_t k = 1; k <= draws; k++) {
+        uint32_t order[4];
+        size_t code;
+
+        compare_permutation(3, k, 4, order);
+        assert_int_equal((1u << order[0]) | (1u << order[1]) | (1u << order[2]) | (1u << order[3]),
+                         15);
+        code = order[0] * 6;
+        code += (order[1] - (order[1] > order[0])) * 2;
+        code += order[2] > order[3];
+        count[code]++;
+    }
+    for (size_t i = 0; i < 24; i++) {
+        chi += pow((double)count[i] - 1000.0, 2.0) / 1000.0;
+    }
+    figure_below("chi^2 of 24 orders (23 degrees of freedom)", chi, 49.7); /* chance 1e-3 */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(permutations_are_even),
         cmocka_unit_test(counts_subjects),
         cmocka_unit_test(intervals_count_subjects),
         cmocka_unit_test(effective_count_is_that_of_the_formula),
