@@ -3,6 +3,7 @@
  * with them, files without a row are swept unless a backup is being made, damaged content is mended
  * by the same content, verification tells one kind of damage from another, and backups hold up
  * removal.
+ * srnfd-test: once (the store computes nothing)
  */
 #include <setjmp.h>
 #include <stdarg.h>

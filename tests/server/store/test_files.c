@@ -1,6 +1,7 @@
 /*
  * The data directory under hard circumstances: databases that are not ours, damaged or too new, a
  * second daemon, blobs that vanish or change, an end without a goodbye, a disk that is full.
+ * srnfd-test: once (the store computes nothing)
  */
 #include <setjmp.h>
 #include <stdarg.h>

@@ -4,6 +4,7 @@
  * page stays fast however much there is.
  *
  * SRNFD_LIST_ROWS=100000 makes as many of each kind and prints what a page with its total takes.
+ * srnfd-test: once (the store computes nothing)
  */
 #include <setjmp.h>
 #include <stdarg.h>

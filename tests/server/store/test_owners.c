@@ -2,6 +2,7 @@
  * What is stored for one owner is that owner's: the same content of two owners has two names and
  * two times, lists and cohorts are each one's own, bytes are counted exactly and limited, and the
  * queue takes the owners in turn.
+ * srnfd-test: once (the store computes nothing)
  */
 #include <setjmp.h>
 #include <stdarg.h>

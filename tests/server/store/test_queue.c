@@ -2,6 +2,7 @@
  * The order of the queue within an owner's turn: short jobs before long ones, but nobody overtaken
  * without end; claims of express jobs alone; and that the places which are told are those in which
  * jobs are claimed.
+ * srnfd-test: once (the store computes nothing)
  */
 #include <setjmp.h>
 #include <stdarg.h>

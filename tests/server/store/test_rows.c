@@ -2,6 +2,7 @@
  * What goes into the store comes out of it: meshes, surfaces, jobs, results, small and large,
  * before and after the directory is closed and opened again; lists page without gaps or repeats;
  * keys are remembered.
+ * srnfd-test: once (the store computes nothing)
  */
 #include <setjmp.h>
 #include <stdarg.h>

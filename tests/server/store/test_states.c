@@ -1,6 +1,7 @@
 /*
  * How jobs move: every pair of states through every door, the guard by attempt, the order of the
  * queue, recovery.
+ * srnfd-test: once (the store computes nothing)
  */
 #include <setjmp.h>
 #include <stdarg.h>

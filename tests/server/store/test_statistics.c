@@ -1,6 +1,7 @@
 /*
  * test_statistics.c - cohorts, models and checkpoints in the store: what is put comes back, what
  * is named stays, and what nobody names any more goes, on the disk too.
+ * srnfd-test: once (the store computes nothing)
  */
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,6 +1,7 @@
 /*
  * Tasks and leases: who may move them, and who comes too late; a result is written once; tasks
  * outlive the daemon and go with the end of their job.
+ * srnfd-test: once (the store computes nothing)
  */
 #include <setjmp.h>
 #include <stdarg.h>
