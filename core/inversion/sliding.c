@@ -31,10 +31,10 @@
 struct sliding {
     struct srnf_sht *sht; /* of the degree of the system, on its own grid */
     size_t degree, each, points;
-    double grid_share;   /* of the points of the system's grid */
-    double *memory;      /* all that follows */
-    double *theta, *phi; /* [3][points] f_theta and f_phi, times quadrature weight over |n| */
-    double *field;       /* [3][points] */
+    double grid_share;       /* of the points of the system's grid */
+    double *memory;          /* all that follows */
+    double *theta, *phi;     /* [3][points] f_theta and f_phi, times quadrature weight over |n| */
+    double *field;           /* [3][points] */
     double *d_theta, *d_phi; /* [points] */
     double *stream, *image;  /* [each] stream functions */
     double *vector, *probe;  /* [3][each] */
@@ -121,8 +121,8 @@ static void gather(struct sliding *s, struct gauss_newton *system, const double 
 
     srnf_sht_synthesis(s->sht, 3, x, s->field, s->workspace);
     for (size_t i = 0; i < n; i++) {
-        s->d_phi[i] = field[i] * theta[i] + field[n + i] * theta[n + i] +
-                      field[2 * n + i] * theta[2 * n + i];
+        s->d_phi[i] =
+            field[i] * theta[i] + field[n + i] * theta[n + i] + field[2 * n + i] * theta[2 * n + i];
         s->d_theta[i] =
             -(field[i] * phi[i] + field[n + i] * phi[n + i] + field[2 * n + i] * phi[2 * n + i]);
     }

@@ -71,7 +71,8 @@
 #define PERMUTATIONS_MAX ((size_t)10000000)
 #define N_MAX ((size_t)10000)
 #define PROGRESS_EMBED 0.3
-#define ROUNDING 1e-13 /* of all SRNFs together: surfaces that are the same */
+#define LEAST_FREEDOM 1e-9 /* of a group whose subjects the model fixes */
+#define ROUNDING 1e-13     /* of all SRNFs together: surfaces that are the same */
 
 struct srnf_compare_options srnf_compare_options_defaults(void)
 {
@@ -144,6 +145,38 @@ static int find_interval(const struct compare_run *run)
     return status;
 }
 
+/* How far subjects are from the mean of their group: residuals e of the whole model, whose squares
+   have 1 - h degrees of freedom each. And what that makes of p: the variance of the difference of
+   the means with a variance of each group, over that with one of all, as permutations have it. */
+static void find_spreads(const struct compare_run *run)
+{
+    const struct compare_design *design = &run->design;
+    size_t n = run->n;
+    double square = run->out->distance * run->out->distance;
+    double freedom[2] = {0.0, 0.0}, squares[2] = {0.0, 0.0}, weight[2] = {0.0, 0.0};
+    double own, pooled;
+
+    for (size_t i = 0; i < n; i++) {
+        double c = design->contrast[i], rest = 1.0 - c * c / design->squared;
+        double along = cblas_ddot((int)n, run->gram + i * n, 1, design->contrast, 1);
+        int k = run->group[i];
+
+        for (size_t u = 0; u < design->nuisance; u++) {
+            rest -= design->basis[u * n + i] * design->basis[u * n + i];
+        }
+        squares[k] += run->gram[i * n + i] - 2.0 * c * along / design->squared + c * c * square;
+        freedom[k] += rest;
+        weight[k] += c * c;
+    }
+    pooled = (squares[0] + squares[1]) / (freedom[0] + freedom[1]);
+    for (size_t k = 0; k < 2; k++) {
+        squares[k] = freedom[k] > LEAST_FREEDOM ? fmax(squares[k], 0.0) / freedom[k] : pooled;
+        run->out->spread[k] = sqrt(squares[k]);
+    }
+    own = weight[0] * squares[0] + weight[1] * squares[1];
+    run->out->inflation = pooled > 0.0 ? own / (pooled * design->squared) : 1.0;
+}
+
 static int observe(struct compare_run *run, const double *mean)
 {
     struct compare_block block;
@@ -156,6 +189,7 @@ static int observe(struct compare_run *run, const double *mean)
     if (status == SRNF_OK) {
         run->observed = compare_global(run, block.contrasts);
         run->out->distance = sqrt(compare_square(run, block.contrasts));
+        find_spreads(run);
         status = describe(run, mean, block.rows);
         status = status ? status : find_interval(run);
     }
@@ -355,6 +389,7 @@ int srnf_compare_groups(const struct srnf_sht *sht, size_t n, const double *mean
     }
     run.n = given.n;
     run.near = given.near;
+    run.group = given.group;
     found.subjects = subjects.count;
     if (status == SRNF_OK) {
         status = compare_design_create(&run.design, run.n, given.group, n_covariates,

@@ -69,6 +69,7 @@ struct compare_run {
     struct exchange exchange;
     struct stats_embedding embedding;
     const double *const *near; /* [n] surfaces to search from, or NULL */
+    const int *group;          /* [n] */
     double *q;                 /* [n][3][P] residual SRNFs times the roots of the weights */
     double *vectors;           /* [n][3][P] residual displacements */
     double *gram;              /* [n][n] of q */

@@ -104,8 +104,11 @@ struct srnf_comparison {
     bool asymptotic;                   /* covariates: p has its level in large samples only */
     double distance; /* of the groups' means, in the L2 norm of SRNFs, covariates regressed out */
     double distance_interval[2]; /* 95 %; NAN where subjects are too few (core/stats/intervals.c) */
-    double p_value;              /* of F, that distance over what is left of all others */
-    double max_p_value;          /* of the largest local statistic: the least of significance */
+    double spread[2]; /* root mean square distance of a subject from its group's mean, unbiased */
+    double inflation; /* variance of the means' difference with these, over that with one spread for
+                         all, which p rests on: above 1 p is too small for the means alone */
+    double p_value;   /* of F, that distance over what is left of all others */
+    double max_p_value; /* of the largest local statistic: the least of significance */
     /* The map, on the grid: double[n_theta][n_phi]. */
     double *statistic;    /* Hotelling's T^2 */
     double *p;            /* by permutation, of this point alone */

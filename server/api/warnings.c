@@ -62,6 +62,7 @@ static const char *const codes[] = {
     "slope-odd",
     "slope-reversed",
     "spans-differ",
+    "spreads-differ",
     "surface-flat",
     "surface-inside-out",
     "topology-changed",

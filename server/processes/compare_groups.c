@@ -51,6 +51,9 @@ static const struct process_output outputs[] = {
     {"distanceInterval", OUTPUT_NUMBERS_OR_NULLS,
      "95 %, of the distance between the means of all who could be sampled: noise makes distances "
      "larger, and is taken out. [null, null]: the subjects are too few."},
+    {"spreads", OUTPUT_NUMBERS,
+     "Root mean square distance of a subject from the mean of its group, of both groups in the "
+     "order of groups, in the L2 norm of SRNFs, without the covariates' part."},
     {"leastSignificance", OUTPUT_NUMBER,
      "Least value of significance on the map: p of the hypothesis that the groups differ nowhere."},
     {"leastFdr", OUTPUT_NUMBER,

@@ -954,7 +954,7 @@ export interface components {
         Bytes: string;
         Warning: {
             /** @enum {string} */
-            code: "closed-form-inapplicable" | "column-is-text" | "components-missing" | "coordinates-coarse" | "covariate-far" | "covariate-is-date" | "covariate-is-label" | "covariates-collinear" | "duplicate-content" | "encoding-poor" | "extrapolated" | "far-from-group" | "far-from-model" | "few-replicates" | "few-subjects" | "label-at-border" | "labels-alike" | "landmark-off-surface" | "landmarks-raise-distance" | "level-says-missing" | "mean-not-converged" | "members-not-compared" | "mirror-images" | "mixed-degrees" | "mixed-routes" | "mixed-units" | "model-uncalibrated" | "names-one-class" | "near-duplicates" | "no-label-column" | "not-above-chance" | "not-assessed" | "not-reached" | "p-floor" | "parameters-not-registered" | "path-jumps" | "pose-differs" | "registration-ambiguous" | "registration-distorted" | "registration-not-converged" | "registration-truncated" | "self-crossing" | "shapes-omitted" | "slope-odd" | "slope-reversed" | "spans-differ" | "surface-flat" | "surface-inside-out" | "topology-changed" | "training-subject" | "transform-not-applied" | "visits-coincide" | "visits-exchanged" | "visits-off-line";
+            code: "closed-form-inapplicable" | "column-is-text" | "components-missing" | "coordinates-coarse" | "covariate-far" | "covariate-is-date" | "covariate-is-label" | "covariates-collinear" | "duplicate-content" | "encoding-poor" | "extrapolated" | "far-from-group" | "far-from-model" | "few-replicates" | "few-subjects" | "label-at-border" | "labels-alike" | "landmark-off-surface" | "landmarks-raise-distance" | "level-says-missing" | "mean-not-converged" | "members-not-compared" | "mirror-images" | "mixed-degrees" | "mixed-routes" | "mixed-units" | "model-uncalibrated" | "names-one-class" | "near-duplicates" | "no-label-column" | "not-above-chance" | "not-assessed" | "not-reached" | "p-floor" | "parameters-not-registered" | "path-jumps" | "pose-differs" | "registration-ambiguous" | "registration-distorted" | "registration-not-converged" | "registration-truncated" | "self-crossing" | "shapes-omitted" | "slope-odd" | "slope-reversed" | "spans-differ" | "spreads-differ" | "surface-flat" | "surface-inside-out" | "topology-changed" | "training-subject" | "transform-not-applied" | "visits-coincide" | "visits-exchanged" | "visits-off-line";
             detail: string;
             figures?: Record<string, unknown>;
         };
@@ -2032,6 +2032,7 @@ export interface components {
             leastSignificanceInterval?: (number | null)[];
             distance?: number;
             distanceInterval?: (number | null)[];
+            spreads?: number[];
             leastSignificance?: number;
             leastFdr?: number;
             largestEffect?: number;
