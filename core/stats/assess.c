@@ -154,7 +154,7 @@ static int measure_sensitivity(const struct given *g, size_t c, const size_t *pr
 {
     const struct srnf_dispersion *d =
         g->dispersions ? &g->dispersions->sensitivity[c] : &independent;
-    size_t count = 0;
+    size_t count = 0, told = 0;
     double effective;
     int status;
 
@@ -181,10 +181,10 @@ static int measure_sensitivity(const struct given *g, size_t c, const size_t *pr
         memory[g->n + i] = rank;
     }
     status = srnf_cluster_interval(count, memory + g->n, right, &effective, rate->interval, NULL);
-    rate->value = 0.0;
     for (size_t i = 0; i < count; i++) {
-        rate->value += right[i] ? 1.0 / (double)count : 0.0;
+        told += right[i];
     }
+    rate->value = (double)told / (double)count; /* a sum of shares may exceed 1 */
     squares[0] += (rate->value - rate->interval[0]) * (rate->value - rate->interval[0]);
     squares[1] += (rate->interval[1] - rate->value) * (rate->interval[1] - rate->value);
     if (status == SRNF_OK && g->dispersions) {
@@ -352,12 +352,13 @@ static int measure(const struct given *g, const size_t *predicted, size_t *memor
         struct srnf_rate *rate = &a->sensitivity[c];
 
         status = measure_sensitivity(g, c, a->predicted, memory, flags, rate, squares);
-        a->balanced.value += rate->value / (double)g->classes;
+        a->balanced.value += rate->value;
         measure_auc(g, c, lead, flags, &a->auc[c]);
         if (g->probabilities) {
             measure_reliability(g, c, a->reliability + c * SRNF_RELIABILITY_BINS);
         }
     }
+    a->balanced.value /= (double)g->classes;
     bound_balanced(g, squares, &a->balanced);
     if (g->probabilities) {
         for (size_t c = 0; c < g->classes; c++) {

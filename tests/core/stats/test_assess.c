@@ -242,6 +242,29 @@ static void dispersions_widen(void **state)
     srnf_assessment_clear(&b);
 }
 
+/* All are told: shares are 1, and no rounding beside it, whatever the number of members. */
+static void perfect_shares_are_one(void **state)
+{
+    const double priors[2] = {0.5, 0.5};
+    double evidence[2 * N], p[2 * N];
+    size_t labels[N];
+
+    (void)state;
+    for (size_t first = 1; first < N; first++) {
+        struct srnf_assessment a;
+
+        for (size_t i = 0; i < N; i++) {
+            labels[i] = i >= first;
+            evidence[2 * i] = p[2 * i] = labels[i] ? 0.25 : 0.75;
+            evidence[2 * i + 1] = p[2 * i + 1] = 1.0 - p[2 * i];
+        }
+        assert_int_equal(srnf_assess(N, 2, labels, NULL, evidence, p, priors, NULL, &a), SRNF_OK);
+        assert_true(a.sensitivity[0].value == 1.0 && a.sensitivity[1].value == 1.0);
+        assert_true(a.balanced.value == 1.0 && a.accuracy.value == 1.0);
+        srnf_assessment_clear(&a);
+    }
+}
+
 static void refuses(void **state)
 {
     double evidence[3 * N] = {0}, p[2 * N], priors[2] = {0.5, 0.5};
@@ -280,10 +303,10 @@ static void refuses(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(agrees_with_scipy), cmocka_unit_test(intervals),
-        cmocka_unit_test(compares_methods),  cmocka_unit_test(says_the_priors),
-        cmocka_unit_test(weighs_classes),    cmocka_unit_test(dispersions_widen),
-        cmocka_unit_test(refuses),
+        cmocka_unit_test(agrees_with_scipy),      cmocka_unit_test(intervals),
+        cmocka_unit_test(compares_methods),       cmocka_unit_test(says_the_priors),
+        cmocka_unit_test(weighs_classes),         cmocka_unit_test(dispersions_widen),
+        cmocka_unit_test(perfect_shares_are_one), cmocka_unit_test(refuses),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
