@@ -231,8 +231,28 @@ static double brier_of(const struct given *g, const double *p, size_t label)
     return sum;
 }
 
+/* Whether the members of some class are all of one subject. */
+static bool has_lone_class(const struct given *g)
+{
+    for (size_t c = 0; c < g->classes; c++) {
+        size_t first = g->n;
+        bool lone = true;
+
+        for (size_t i = 0; i < g->n && lone; i++) {
+            if (g->labels[i] == c) {
+                first = first < g->n ? first : i;
+                lone = g->subjects->of[i] == g->subjects->of[first];
+            }
+        }
+        if (lone) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* The interval of the sum over members of weight times score, from what subjects add about the mean
-   of their class. weights: [classes], a member has its class's over `sizes`; scores: [n]; memory:
+   of their class: one subject does not say how its class varies. weights: [classes], a member has its class's over `sizes`; scores: [n]; memory:
    [subjects + classes] of scratch. */
 static void bound_score(const struct given *g, const double *weights, const size_t *sizes,
                         const double *scores, double value, double *memory, double interval[2])
@@ -258,8 +278,9 @@ static void bound_score(const struct given *g, const double *weights, const size
     freedom = count > g->classes ? (double)(count - g->classes) : 1.0;
     sum = sqrt(sum * (double)count / freedom * fmax(d->above, d->below));
     sum = value > 0.0 ? subjects_student(freedom) * sum / value : 0.0;
-    interval[0] = isfinite(value) ? value * exp(-sum) : NAN;
-    interval[1] = isfinite(value) ? value * exp(sum) : NAN;
+    sum = isfinite(value) && !has_lone_class(g) ? sum : (double)NAN;
+    interval[0] = value * exp(-sum);
+    interval[1] = value * exp(sum);
 }
 
 /* Brier score and log loss, and those of the priors. weights, sizes: [classes], what all members of
@@ -279,7 +300,7 @@ static void measure_scores(const struct given *g, const double *weights, const s
         of->log_loss_reference -= weight * log(g->priors[label]);
     }
     bound_score(g, weights, sizes, scores, of->brier, memory, of->brier_interval);
-    of->brier_interval[1] = fmin(of->brier_interval[1], 1.0);
+    of->brier_interval[1] = of->brier_interval[1] > 1.0 ? 1.0 : of->brier_interval[1];
     for (size_t i = 0; i < g->n; i++) {
         size_t label = g->labels[i];
 

@@ -93,7 +93,7 @@ struct srnf_scores {
     double brier;    /* half of sum_c (P(c) - [c is the label])^2: of two classes (P - [..])^2 */
     double log_loss; /* -log P(label); INFINITY is possible */
     double brier_reference, log_loss_reference;     /* of always saying the priors */
-    double brier_interval[2], log_loss_interval[2]; /* 95 %; NAN where log_loss is infinite */
+    double brier_interval[2], log_loss_interval[2]; /* 95 %; NAN: infinite, a class has 1 subject */
 };
 
 struct srnf_assessment {

@@ -70,14 +70,18 @@ static json_t *confusion_json(const struct srnf_assessment *a)
     return confusion;
 }
 
+static json_t *interval_json(const double interval[2])
+{
+    return isnan(interval[0]) ? json_null() : json_vector(interval, 2);
+}
+
 static json_t *scores_json(const struct srnf_scores *of)
 {
     return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "brier", json_finite(of->brier),
-                     "brierInterval", json_vector(of->brier_interval, 2), "brierReference",
+                     "brierInterval", interval_json(of->brier_interval), "brierReference",
                      json_finite(of->brier_reference), "logLoss", json_finite(of->log_loss),
-                     "logLossInterval",
-                     isfinite(of->log_loss) ? json_vector(of->log_loss_interval, 2) : json_null(),
-                     "logLossReference", json_finite(of->log_loss_reference));
+                     "logLossInterval", interval_json(of->log_loss_interval), "logLossReference",
+                     json_finite(of->log_loss_reference));
 }
 
 json_t *assessment_json(const struct srnf_assessment *a, const char *const *classes)

@@ -19,7 +19,8 @@
     "majorityRate, which always naming the largest class does; brier, half the sum over classes "  \
     "of (probability - [it is the label])^2, and logLoss, with those of "                          \
     "always saying the priors (brierReference, logLossReference) and their brierInterval and "     \
-    "logLossInterval, a logLoss and its interval null where the label "                            \
+    "logLossInterval, both null where a class has members of one subject, which does not say "     \
+    "how they vary, and a logLoss and its interval null where the label "                          \
     "of a member had the probability 0: members of a class weigh its prior together, as where "    \
     "the priors hold, and in unweighted, which has the same six, each member weighs alike; "       \
     "confusion (rows: labels, columns: predictions, in the "                                       \

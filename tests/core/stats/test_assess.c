@@ -265,6 +265,44 @@ static void perfect_shares_are_one(void **state)
     }
 }
 
+/* One subject does not say how scores of its class vary: no interval, where one that knows nothing
+   of it would be of no width or too narrow. Two subjects have one. */
+static void a_class_of_one_subject_has_no_interval(void **state)
+{
+    enum { MEMBERS = 7 };
+    const double priors[2] = {0.5, 0.5};
+    const size_t labels[3][MEMBERS] = {
+        {0, 1, 1, 1, 1, 1, 1}, {0, 0, 1, 1, 1, 1, 1}, {0, 0, 1, 1, 1, 1, 1}};
+    const size_t subjects[3][MEMBERS] = {
+        {0, 1, 2, 3, 4, 5, 6}, {0, 0, 1, 2, 3, 4, 5}, {0, 1, 2, 3, 4, 5, 6}};
+    double evidence[2 * MEMBERS], p[2 * MEMBERS];
+
+    (void)state;
+    for (size_t i = 0; i < MEMBERS; i++) {
+        evidence[2 * i] = p[2 * i] = 0.2 + 0.07 * (double)i;
+        evidence[2 * i + 1] = p[2 * i + 1] = 1.0 - p[2 * i];
+    }
+    for (size_t k = 0; k < 3; k++) {
+        struct srnf_assessment a;
+        const struct srnf_scores *scores[2] = {&a.scores, &a.unweighted};
+
+        assert_int_equal(
+            srnf_assess(MEMBERS, 2, labels[k], subjects[k], evidence, p, priors, NULL, &a),
+            SRNF_OK);
+        for (size_t j = 0; j < 2; j++) {
+            const struct srnf_scores *of = scores[j];
+
+            assert_true(of->brier > 0.0 && of->log_loss > 0.0);
+            for (size_t end = 0; end < 2; end++) {
+                assert_true(isnan(of->brier_interval[end]) == (k < 2));
+                assert_true(isnan(of->log_loss_interval[end]) == (k < 2));
+            }
+        }
+        assert_true(k < 2 || a.scores.brier_interval[0] < a.scores.brier);
+        srnf_assessment_clear(&a);
+    }
+}
+
 static void refuses(void **state)
 {
     double evidence[3 * N] = {0}, p[2 * N], priors[2] = {0.5, 0.5};
@@ -303,10 +341,15 @@ static void refuses(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(agrees_with_scipy),      cmocka_unit_test(intervals),
-        cmocka_unit_test(compares_methods),       cmocka_unit_test(says_the_priors),
-        cmocka_unit_test(weighs_classes),         cmocka_unit_test(dispersions_widen),
-        cmocka_unit_test(perfect_shares_are_one), cmocka_unit_test(refuses),
+        cmocka_unit_test(agrees_with_scipy),
+        cmocka_unit_test(intervals),
+        cmocka_unit_test(compares_methods),
+        cmocka_unit_test(says_the_priors),
+        cmocka_unit_test(weighs_classes),
+        cmocka_unit_test(dispersions_widen),
+        cmocka_unit_test(perfect_shares_are_one),
+        cmocka_unit_test(a_class_of_one_subject_has_no_interval),
+        cmocka_unit_test(refuses),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
