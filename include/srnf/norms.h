@@ -27,7 +27,7 @@ struct srnf_norm_rank {
     double percentile; /* 0 .. 100: (below + half of the equal ones + 1/2) / (subjects + 1). Of
                            another one of the group it is uniform */
     double
-        interval[2]; /* 95 %, Wilson's, of the percentile that endlessly many members would give */
+        interval[2]; /* 95 %, Wilson's, of the percentile among all others, judged by this model */
     double as_odd;   /* subjects with a value as large */
     double p_value;  /* (1 + as_odd) / (1 + subjects): at most a with the probability a */
 };

@@ -86,7 +86,7 @@ struct srnf_typicality {
     double limit;      /* beyond which a member falls with the probability alpha; INFINITY where the
                      references are too few, or too far apart, to set one: then nothing is far */
     double percentile; /* 0 .. 100: share of the reference values that are below */
-    double percentile_interval[2]; /* 95 %, Wilson's, of what endlessly many subjects would give */
+    double percentile_interval[2]; /* 95 %, Wilson's, of that among all others, by this model */
     bool far;                      /* value > limit */
 };
 

@@ -136,7 +136,9 @@ static const struct process_output outputs[] = {
      "(from the mean), "
      "mahalanobis and nearest (distance from the nearest training member), each among the "
      "leave-one-out values of the training members: a member is beyond a limit once in 200, and "
-     "percentileInterval holds at 95 % what endlessly many subjects would give (Wilson); and "
+     "percentileInterval (Wilson, 95 %) is that of the share of all others who would be below, "
+     "judged by this model: it counts that the subjects are few, not that mean and components are "
+     "estimated from them; and "
      "warnings."},
     {"classes", OUTPUT_STRINGS, "Of the classifier, in its order."},
     {"priors", OUTPUT_OBJECT, "That the probabilities rest on, by class."},

@@ -47,9 +47,11 @@ static const struct process_output outputs[] = {
      "limit, percentile, percentileInterval}. A member is beyond a limit once in 200; null: the "
      "subjects are too few, "
      "or too unlike each other, to set one. percentile is the share of the subjects below, each "
-     "counting once however many members it has; percentileInterval holds at 95 % what endlessly "
-     "many subjects would give (Wilson). Of a member of the model the values are its own "
-     "when its subject is left out. Null where the model has none."},
+     "counting once however many members it has; percentileInterval (Wilson, 95 %) is that "
+     "of the share of all others who would be below, judged by this model: it counts that the "
+     "subjects are few, not that mean and components are estimated from them. Of a "
+     "member of the model the values are its own when its subject is left out. Null where the "
+     "model has none."},
     SUBJECT_OUTPUTS,
     {"registration", OUTPUT_OBJECT_OR_NULL,
      "How surfaces were registered: degree, penalty and all other options; null where they were "

@@ -34,17 +34,18 @@ static const struct process_input inputs[] = {
     {.name = NULL},
 };
 
-#define RANK_TEXT                                                                                \
-    "{value, percentile (0 to 100: the share of the model's subjects below, each left out in "   \
-    "turn, the surface counted among them), interval (95 %, of the percentile that endlessly "   \
-    "many subjects would give), asOdd (subjects with a value as large), pValue (1 + asOdd over " \
-    "1 + subjects)}"
+#define RANK_TEXT                                                                              \
+    "{value, percentile (0 to 100: the share of the model's subjects below, each left out in " \
+    "turn, the surface counted among them), interval (as percentileInterval), asOdd "          \
+    "(subjects with a value as large), pValue (1 + asOdd over 1 + subjects)}"
 
 static const struct process_output outputs[] = {
     {"percentile", OUTPUT_NUMBER,
      "How odd the surface is as a whole, 0 to 100: uniform for another one of the group. Of the "
      "larger of the ranks that mahalanobis and residual have."},
-    {"percentileInterval", OUTPUT_NUMBERS, "95 %: the subjects are few."},
+    {"percentileInterval", OUTPUT_NUMBERS,
+     "95 %, of the percentile among all others, judged by this model: it counts that the subjects "
+     "are few, not that mean and components are estimated from them."},
     {"pValue", OUTPUT_NUMBER,
      "(1 + asOdd) / (1 + subjects): below a in a share of a of those who belong to the group."},
     {"asOdd", OUTPUT_NUMBER, "Subjects that are as odd, each left out in turn."},

@@ -93,7 +93,8 @@ static const struct process_output outputs[] = {
      "SRNFs, in standard deviations), percentile and percentileInterval (of oddness), distance (in "
      "L2 of SRNFs), field}]. "
      "Percentiles, 0 to 100, are those among the other subjects, each of which is judged without "
-     "itself as well; their intervals hold at 95 % what endlessly many subjects would give."},
+     "itself as well; their intervals (95 %) count that the others are few, not "
+     "that the prediction is estimated from them."},
     {"formula", "\"type\":[\"string\",\"null\"]", "As given."},
     {"terms", OUTPUT_OBJECTS, "Of the formula, about slopes: as in regress."},
     {"model", OUTPUT_OBJECT_OR_NULL, "The same of all terms together; null without a formula."},
