@@ -50,7 +50,8 @@ static const struct process_output outputs[] = {
      "That distance, in the L2 norm of SRNFs, without the covariates' part."},
     {"distanceInterval", OUTPUT_NUMBERS_OR_NULLS,
      "95 %, of the distance between the means of all who could be sampled: noise makes distances "
-     "larger, and is taken out. [null, null]: the subjects are too few."},
+     "larger, and is taken out. [null, null]: fewer than 3 effective degrees of freedom, of which "
+     "there are about as many as the smaller group has."},
     {"spreads", OUTPUT_NUMBERS,
      "Root mean square distance of a subject from the mean of its group, of both groups in the "
      "order of groups, in the L2 norm of SRNFs, without the covariates' part."},

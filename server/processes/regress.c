@@ -49,10 +49,12 @@ static const struct process_input inputs[] = {
 static const struct process_output outputs[] = {
     {"formula", OUTPUT_STRING, "As given."},
     {"terms", OUTPUT_OBJECTS,
-     "[{name, columns, degreesOfFreedom, residualDegreesOfFreedom, f, pValue, pValueIsFloor, "
+     "[{name, columns, degreesOfFreedom, residualDegreesOfFreedom, f (squares of the term by the "
+     "former over squares of the residuals by the latter), pValue, pValueIsFloor, "
      "pValueInterval, level (exact or asymptotic, as in compare-groups), r2 and r2Interval (share "
-     "of the variance, too large by what noise explains; 95 %, by bootstrap, without that), "
-     "partialR2 and partialR2Interval (of what the other terms leave), leastSignificance, "
+     "of all squares about the mean, too large by what noise explains; 95 %, by bootstrap, without "
+     "that), partialR2 and partialR2Interval (share of the squares of the term and of the "
+     "residuals together: what the other terms leave), leastSignificance, "
      "leastFdr, map}]. A term is tested beside all terms that do "
      "not contain it, by residuals permuted under the model without it (Freedman and Lane 1983). "
      "map: significance (corrected for all points by the largest statistic), fdr, pointwiseP (of "
@@ -64,15 +66,16 @@ static const struct process_output outputs[] = {
      "r2Interval, leastSignificance}] of categorical terms of 3 to 6 levels."},
     {"coefficients", OUTPUT_OBJECTS,
      "[{name, term, norm (of the field, in L2), normInterval (95 %, free of what noise adds to a "
-     "norm; [null, null]: too few subjects), largestEffect (a maximum, larger than the true one, "
-     "as noise adds to it: no "
+     "norm; [null, null]: fewer than 3 effective degrees of freedom), largestEffect (a "
+     "maximum, larger than the true one, as noise adds to it: no "
      "estimate with an interval), surface, q}]: the mean surface "
      "with the maps effect, normalEffect (outward positive) and standardError of the displacement "
      "that a unit of the column means, in the units of the input, and significance, fdr, "
      "pointwiseP and statistic of its term. The constant has no surface."},
     {"predictions", OUTPUT_OBJECTS,
      "[{at, surface, relativeEnergy (what of the predicted SRNF is lost by being a surface's), "
-     "leverage, largestConfidence}]. The surface has the maps standardError and confidence: half "
+     "leverage (squared standard error of the predicted SRNF over residualVariance), "
+     "largestConfidence}]. The surface has the maps standardError and confidence: half "
      "the width of a 95 % region along the normal that holds at all points together, in the units "
      "of the input."},
     {"residualVariance", OUTPUT_NUMBER, "Squared L2 norm of SRNFs, by its degrees of freedom."},

@@ -85,8 +85,9 @@ static const struct process_output outputs[] = {
      "95 % of between, by the profile of Paule and Mandel's sum (Viechtbauer 2007) with what "
      "within is uncertain by; from 0 on where it need not be there."},
     {"perSubject", OUTPUT_OBJECTS,
-     "[{subject, visits, times (first and last), weight, length (root of the mean square of its "
-     "displacement per unit of time), along (its part along what the other subjects predict for "
+     "[{subject, visits, times (first and last), weight (of its slope, 1 on average), length "
+     "(root of the mean square of its displacement per unit of time), along (its part along what "
+     "the other subjects predict for "
      "it), speed (that over the length of the prediction: 1 as fast as the others), "
      "speedPercentile and speedPercentileInterval, deviation (of its slope from the prediction), "
      "oddness (the same in L2 of "
