@@ -21,8 +21,10 @@
  * values of the covariates, not of such as another sample would have.
  *
  * The confidence region of a prediction, w'Y for weights w, along the normal: at each node w'(S E)Y
- * over its own standard deviation; the largest over the map is below its 95 % quantile all over the
- * surface in 95 % of the samples.
+ * over |w| s*, with s*^2 = |(1 - H) S E Y|^2 / (n - p) of the sample itself at the node, as the
+ * spread of few subjects is not well known (the bootstrap-t; Davison and Hinkley, 5.2). The largest
+ * over the map is below its 95 % quantile all over the surface in 95 % of the samples. With the
+ * orthonormal basis u_k of the design the squares left are |S E Y|^2 less all (u_k'S E Y)^2.
  */
 #include "regress.h"
 
@@ -34,6 +36,7 @@
 #define CERTAIN 1e-10 /* 1 - h of a subject whose value the design fixes: it has no residual */
 #define LEVEL 0.95
 #define RATIO_MAX 1e12 /* of squares that are explained over the rest: rounding leaves more */
+#define ROUNDING 1e-12 /* of the squares that a sample leaves at a node */
 #define NUMBER (UINT64_C(1) << 40) /* of the first drawing: beyond those of the permutations */
 
 /* What a test finds in Y. */
@@ -51,6 +54,7 @@ struct drawing {
     double *own;           /* [n] diagonal of E G E' */
     double fitted;         /* trace of H G H */
     double *residuals;     /* [n][P] E times the displacements along the normal */
+    double *squares;       /* [n][P] of the same */
     double *deviation;     /* [P] of the same: root of the mean square */
     double *weights;       /* [points][n] of the predictions */
     struct observed *seen; /* [tests] */
@@ -59,9 +63,11 @@ struct drawing {
 };
 
 struct sample {
-    uint32_t *chosen;             /* [n] */
+    uint32_t *drawn;              /* [BLOCK][n] */
+    uint32_t *chosen;             /* [n] of these: the sample that is looked at */
     double *picked, *x, *scratch; /* [rows][n] */
     double *counts, *data;        /* [BLOCK][points][n] and [..][P] */
+    double *all, *left;           /* [BLOCK][P] squares of S E Y, and those that H leaves */
 };
 
 static size_t most_rows(const struct regress_run *run)
@@ -123,7 +129,10 @@ static void fill_residuals(struct drawing *d)
         double sum = 0.0;
 
         for (size_t i = 0; i < run->n; i++) {
-            sum += d->residuals[i * points + p] * d->residuals[i * points + p];
+            double square = d->residuals[i * points + p] * d->residuals[i * points + p];
+
+            d->squares[i * points + p] = square;
+            sum += square;
         }
         d->deviation[p] = sqrt(sum / (double)run->n);
     }
@@ -173,13 +182,14 @@ static int open_drawing(struct drawing *d)
     d->cross = srnf_alloc(n, n * sizeof(double));
     d->own = srnf_alloc(n, sizeof(double));
     d->residuals = srnf_alloc(n, run->points * sizeof(double));
+    d->squares = srnf_alloc(n, run->points * sizeof(double));
     d->deviation = srnf_alloc(run->points, sizeof(double));
     d->weights = srnf_alloc(points + 1, n * sizeof(double));
     d->seen = srnf_alloc(tests + 1, sizeof *d->seen);
     d->ratios = srnf_alloc(tests + 1, run->bootstraps * sizeof(double));
     d->farthest = srnf_alloc(points + 1, run->bootstraps * sizeof(double));
     if (!scratch || !d->e || !d->projected || !d->cross || !d->own || !d->residuals ||
-        !d->deviation || !d->weights || !d->seen || !d->ratios || !d->farthest) {
+        !d->squares || !d->deviation || !d->weights || !d->seen || !d->ratios || !d->farthest) {
         srnf_free(scratch);
         return SRNF_ENOMEM;
     }
@@ -197,6 +207,7 @@ static void close_drawing(struct drawing *d)
     srnf_free(d->cross);
     srnf_free(d->own);
     srnf_free(d->residuals);
+    srnf_free(d->squares);
     srnf_free(d->deviation);
     srnf_free(d->weights);
     srnf_free(d->seen);
@@ -262,25 +273,67 @@ static void draw_ratios(struct drawing *d, const struct sample *s, size_t number
     }
 }
 
+/* rows: [count][n] in counts. */
+static void multiply(const struct drawing *d, const struct sample *s, size_t rows,
+                     const double *with, double *out)
+{
+    int points = (int)d->run->points;
+
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)rows, points, (int)d->run->n, 1.0,
+                s->counts, (int)d->run->n, with, points, 0.0, out, points);
+}
+
+/* Squares of `count` samples at each node, and what of them the design does not explain. */
+static void find_left(const struct drawing *d, const struct sample *s, size_t count)
+{
+    const struct regress_run *run = d->run;
+    size_t n = run->n;
+    size_t size = count * run->points;
+
+    for (size_t i = 0; i < n; i++) {
+        s->scratch[i] = 1.0;
+    }
+    for (size_t k = 0; k < count; k++) {
+        pick(n, s->drawn + k * n, s->scratch, s->counts + k * n);
+    }
+    multiply(d, s, count, d->squares, s->all);
+    memcpy(s->left, s->all, size * sizeof(double));
+    for (size_t u = 0; u < run->fit.basis.count; u++) {
+        for (size_t k = 0; k < count; k++) {
+            pick(n, s->drawn + k * n, run->fit.basis.vectors + u * n, s->counts + k * n);
+        }
+        multiply(d, s, count, d->residuals, s->data);
+        for (size_t p = 0; p < size; p++) {
+            s->left[p] -= s->data[p] * s->data[p];
+        }
+    }
+}
+
 /* The largest deviation of each prediction, for `count` samples from `first` on. */
 static void draw_deviations(struct drawing *d, const struct sample *s, size_t first, size_t count)
 {
     const struct regress_run *run = d->run;
+    size_t n = run->n;
     size_t points = run->points;
     size_t at = run->design->points;
+    double freedom = (double)(n - run->fit.basis.count);
 
     if (at == 0) {
         return;
     }
-    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)(count * at), (int)points,
-                (int)run->n, 1.0, s->counts, (int)run->n, d->residuals, (int)points, 0.0, s->data,
-                (int)points);
+    find_left(d, s, count);
     for (size_t k = 0; k < count * at; k++) {
-        double norm = cblas_dnrm2((int)run->n, d->weights + k % at * run->n, 1);
+        pick(n, s->drawn + k / at * n, d->weights + k % at * n, s->counts + k * n);
+    }
+    multiply(d, s, count * at, d->residuals, s->data);
+    for (size_t k = 0; k < count * at; k++) {
+        double norm = cblas_dnrm2((int)n, d->weights + k % at * n, 1);
         double largest = 0.0;
 
         for (size_t p = 0; p < points; p++) {
-            double scale = norm * d->deviation[p];
+            double all = s->all[k / at * points + p];
+            double left = fmax(s->left[k / at * points + p], ROUNDING * all);
+            double scale = norm * sqrt(left / freedom);
 
             largest = scale > 0.0 ? fmax(largest, fabs(s->data[k * points + p]) / scale) : largest;
         }
@@ -295,24 +348,29 @@ static int open_sample(struct sample *s, const struct regress_run *run)
     size_t at = run->design->points;
 
     *s = (struct sample){0};
-    s->chosen = srnf_alloc(n, sizeof *s->chosen);
+    s->drawn = s->chosen = srnf_alloc(BLOCK, n * sizeof *s->drawn);
     s->picked = srnf_alloc(rows, n * sizeof(double));
     s->x = srnf_alloc(rows, n * sizeof(double));
     s->scratch = srnf_alloc(rows, n * sizeof(double));
     s->counts = srnf_alloc(BLOCK * at + 1, n * sizeof(double));
     s->data = srnf_alloc(BLOCK * at + 1, run->points * sizeof(double));
-    return s->chosen && s->picked && s->x && s->scratch && s->counts && s->data ? SRNF_OK
-                                                                                : SRNF_ENOMEM;
+    s->all = srnf_alloc(at ? BLOCK : 1, run->points * sizeof(double));
+    s->left = srnf_alloc(at ? BLOCK : 1, run->points * sizeof(double));
+    return s->drawn && s->picked && s->x && s->scratch && s->counts && s->data && s->all && s->left
+               ? SRNF_OK
+               : SRNF_ENOMEM;
 }
 
 static void close_sample(struct sample *s)
 {
-    srnf_free(s->chosen);
+    srnf_free(s->drawn);
     srnf_free(s->picked);
     srnf_free(s->x);
     srnf_free(s->scratch);
     srnf_free(s->counts);
     srnf_free(s->data);
+    srnf_free(s->all);
+    srnf_free(s->left);
 }
 
 static int draw_block(void *argument, size_t index, const struct srnf_context *context,
@@ -322,19 +380,16 @@ static int draw_block(void *argument, size_t index, const struct srnf_context *c
     const struct regress_run *run = d->run;
     size_t first = index * BLOCK;
     size_t count = run->bootstraps - first < BLOCK ? run->bootstraps - first : BLOCK;
-    size_t at = run->design->points;
     struct sample s;
     int status = open_sample(&s, run);
 
     (void)error;
     for (size_t k = 0; k < count && status == SRNF_OK; k++) {
+        s.chosen = s.drawn + k * run->n;
         for (size_t i = 0; i < run->n; i++) {
             s.chosen[i] = stats_below(run->seed, NUMBER + first + k, (uint32_t)i, (uint32_t)run->n);
         }
         draw_ratios(d, &s, first + k);
-        for (size_t j = 0; j < at; j++) {
-            pick(run->n, s.chosen, d->weights + j * run->n, s.counts + (k * at + j) * run->n);
-        }
         status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
     }
     if (status == SRNF_OK) {
