@@ -252,7 +252,8 @@ static bool has_lone_class(const struct given *g)
 }
 
 /* The interval of the sum over members of weight times score, from what subjects add about the mean
-   of their class: one subject does not say how its class varies. weights: [classes], a member has its class's over `sizes`; scores: [n]; memory:
+   of their class: one subject does not say how its class varies. weights: [classes], a member has
+   its class's over `sizes`; scores: [n]; memory:
    [subjects + classes] of scratch. */
 static void bound_score(const struct given *g, const double *weights, const size_t *sizes,
                         const double *scores, double value, double *memory, double interval[2])
