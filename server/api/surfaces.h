@@ -70,7 +70,9 @@ double surface_record_number(const struct store_surface *surface, const char *na
 /* Where a surface was before it was centred, scaled and turned: x = scale R' f + origin. */
 struct surface_place {
     bool known; /* otherwise origin is 0, rotation the identity */
+    bool image; /* made by the process mirror, which reflected origin as well */
     double scale, origin[3], rotation[9];
+    double centroid[3]; /* of f: 0 but for rounding where it was centred; 0 where none is told */
     char mesh[STORE_ID_MAX]; /* whose coordinates x is in, through whatever surfaces; "": none's */
 };
 /* As the record of a stored surface has it. */

@@ -139,7 +139,9 @@ struct surface_place surface_record_place(const struct store_surface *surface)
                                   .rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
     json_t *record = json_loads(surface->record ? surface->record : "{}", 0, NULL);
     const json_t *rows = json_object_get(record, "rotation");
-    double rotation[9], origin[3];
+    const char *process =
+        json_string_value(json_object_get(json_object_get(record, "source"), "process"));
+    double rotation[9], origin[3], centroid[3];
 
     if (!(place.scale > 0.0)) {
         place.scale = 1.0;
@@ -147,7 +149,11 @@ struct surface_place surface_record_place(const struct store_surface *surface)
     place.known = read_vector(json_object_get(record, "origin"), origin);
     if (place.known) {
         memcpy(place.origin, origin, sizeof origin);
+        place.image = process && strcmp(process, "mirror") == 0;
         read_mesh(record, place.mesh);
+    }
+    if (read_vector(json_object_get(record, "centroid"), centroid)) {
+        memcpy(place.centroid, centroid, sizeof centroid);
     }
     if (place.known && json_array_size(rows) == 3 &&
         read_vector(json_array_get(rows, 0), rotation) &&

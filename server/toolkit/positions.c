@@ -5,9 +5,9 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 #define UNTURNED 1e-9 /* of the entries of a rotation from those of the identity */
+#define CENTRED 1e-9  /* centroid over length: what was centred has none but for rounding */
 
 static bool is_turned(const double rotation[9])
 {
@@ -19,15 +19,28 @@ static bool is_turned(const double rotation[9])
     return false;
 }
 
-/* Whether it is the mirror image of what its place is of: that is where the surface was. */
+/* Whether it is the mirror image of what its place is of: that is where the surface was. What the
+   process mirror made has the place of the image already. */
 static bool is_image(struct jobs_run *run, const struct compute_surface *surface,
                      const struct surface_place *place)
 {
-    bool encoded =
-        !compute_is_mesh(surface->id) && process_mirrored(run, surface->id) !=
-                                             (place->mesh[0] && process_mirrored(run, place->mesh));
+    bool encoded = !compute_is_mesh(surface->id) && !place->image &&
+                   process_mirrored(run, surface->id) !=
+                       (place->mesh[0] && process_mirrored(run, place->mesh));
 
     return surface->mirrored != encoded;
+}
+
+/* Origin, and as far from it as the surface's centroid is, which was posted as it is. length: the
+   root of its area as stored. */
+static void find_centroid(const struct surface_place *place, double length, double x[3])
+{
+    const double *c = place->centroid;
+    bool centred = sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]) <= CENTRED * length;
+
+    for (size_t k = 0; k < 3; k++) {
+        x[k] = centred ? place->origin[k] : place->origin[k] + place->scale * c[k];
+    }
 }
 
 /* Where a part is, and its area in the units of its coordinates. */
@@ -43,15 +56,15 @@ static int place(struct jobs_run *run, const struct srnf_sht *sht,
     if (!place.known || is_turned(place.rotation)) {
         (void)snprintf(error.message, sizeof error.message, "%s %s", surface->id,
                        place.known ? "was turned: relative positions take surfaces as they came"
-                                   : "has no place: relative positions take meshes, or surfaces "
-                                     "that encode made of them");
+                                   : "has no place: relative positions take meshes, surfaces "
+                                     "that encode made of them, or posted ones");
         return compute_fail(result, SRNF_EINVAL, &error, "placing the parts");
     }
     status = srnf_normalize(sht, numbers, normalized, &log_length);
     if (status) {
         return compute_fail(result, status, NULL, "measuring the parts");
     }
-    memcpy(x, place.origin, sizeof place.origin);
+    find_centroid(&place, exp(log_length), x);
     if (is_image(run, surface, &place)) {
         x[0] = 0.0 - x[0];
     }

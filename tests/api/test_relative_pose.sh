@@ -101,6 +101,50 @@ is "$STATUS $(json '[.positions, .model.positions] | tojson')" '200 [null,null]'
 run predict "{\"model\":\"$(json .model.id)\",\"parts\":$(parts_of s10)}"
 is "$STATUS $(json '.predictions[0].position')" '200 null' 'nor in predictions'
 
+# ---- Surfaces that were posted -------------------------------------------------------------------------
+
+# Ellipsoids of unit area or as they are, with their centroid (.3, -.2, .1) or 3 to 3.8 apart along x: subjects of pca-parts.
+posted() { # SUBJECT PART X SCALE
+    post_json /v1/surfaces "$(jq -nc --argjson x "$3" --argjson s "$1" --arg scale "$4" 'def only(k; v): [range(25) | if . == k then v else 0 end];
+        (16 * atan2(1; 1) | sqrt) as $one | {scale: $scale, coefficients: {lmax: 4, x: only(3; 1.3 + 0.02 * $s), y: only(1; 1), z: only(2; 0.8)}}
+        | .coefficients |= (.x[0] = $one * (0.3 + $x) | .y[0] = -0.2 * $one | .z[0] = 0.1 * $one)')"
+}
+placed() { # NAME MIRROR..: a cohort of the surfaces in IDS, its positions
+    post_json /v1/cohorts "$(printf '%s\n' "${IDS[@]}" | jq -Rnc --arg name "$1" --argjson mirror "$2" '{name: $name, members: ([inputs] | to_entries
+        | map({id: .value, mirror: $mirror, subject: "s\(.key / 2 | floor)", covariates: {part: ["first", "second"][.key % 2]}}))}')"
+    run pca-parts "{\"cohort\":\"$1\",\"register\":false,\"modes\":0,\"components\":1,\"relativePose\":true}"
+    is "$STATUS" 200 "$1"
+}
+mean_is() { # FILE SIGN: as in FILE, mirrored where SIGN is -1
+    compare "$(jq -s --argjson sign "$2" '[.[].positions.mean | flatten] | [transpose | to_entries[]
+        | .value[0] - .value[1] * (if .key % 3 == 0 then $sign else 1 end) | fabs] | max' "$1" "$BODY")" '<' 1e-9 "$3"
+}
+for scale in none unit-area; do
+    IDS=()
+    for s in 0 1 2 3; do
+        posted $s first 0 $scale
+        IDS+=("$(json .id)")
+        posted $s second "3.$((2 * s))" $scale
+        IDS+=("$(json .id)")
+    done
+    placed "posted-$scale" false
+    cp "$BODY" "$SCRATCH/$scale.json"
+    compare "$(json '.positions.variance')" '>' 1e-4 'have places that differ'
+    compare "$(json '.positions.mean[1][0] - .positions.mean[0][0]')" '>' 0.4 'and are apart along x'
+    placed "mirrored-$scale" true
+    mean_is "$SCRATCH/$scale.json" -1 'members that are taken mirrored have mirrored places'
+    IMAGES=()
+    for id in "${IDS[@]}"; do
+        execute mirror "{\"surface\":\"$id\"}"
+        IMAGES+=("$(json .surface.id)")
+    done
+    IDS=("${IMAGES[@]}")
+    placed "images-$scale" false
+    mean_is "$SCRATCH/$scale.json" -1 'so have images that mirror made of them'
+done
+cp "$SCRATCH/none.json" "$BODY"
+mean_is "$SCRATCH/unit-area.json" 1 'it is one whether they were centred when they came or not'
+
 # ---- What is wrong -------------------------------------------------------------------------------------
 
 for PROCESS in classify-parts train-parts; do
