@@ -9,6 +9,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "api/study_cells.h"
 #include "api/warnings.h"
 
 #define QUOTED_MAX 5
@@ -181,4 +182,76 @@ const char *alike_unit(const json_t *texts)
         unit = unit ? unit : own;
     }
     return different ? unit : NULL;
+}
+
+/* ---- Numbers in quotes ----------------------------------------------------------------------- */
+
+/* Three numbers with the same mark between them, one of four digits first or last: the year. */
+static bool is_date(const char *text)
+{
+    size_t digits[3], length = 0;
+    long value[3], other;
+
+    for (size_t k = 0; k < 3; k++) {
+        digits[k] = strspn(text + length, "0123456789");
+        value[k] = strtol(text + length, NULL, 10);
+        length += digits[k];
+        if (digits[k] == 0 || (k < 2 && (!text[length] || !strchr("-/.", text[length])))) {
+            return false;
+        }
+        length += k < 2;
+    }
+    other = digits[0] == 4 ? value[2] : value[0];
+    return (digits[0] == 4) != (digits[2] == 4) &&
+           text[digits[0]] == text[digits[0] + 1 + digits[1]] &&
+           (!text[length] || text[length] == 'T' || text[length] == ' ') && other >= 1 &&
+           other <= 31 && value[1] >= 1 && value[1] <= 31 && (other <= 12 || value[1] <= 12);
+}
+
+enum alike_written alike_written(const char *text)
+{
+    size_t digits = strcspn(text, "0123456789");
+    char *end;
+
+    (void)strtod(text, &end);
+    if (!text[digits]) { /* neither "inf" nor "nan" */
+        return ALIKE_TEXTS;
+    }
+    if (end != text && !*end) {
+        return ALIKE_NUMBERS;
+    }
+    return study_cell_is_number(text, ',') ? ALIKE_COMMAS
+           : is_date(text)                 ? ALIKE_DATES
+                                           : ALIKE_TEXTS;
+}
+
+enum alike_written alike_written_all(const json_t *texts)
+{
+    enum alike_written all = ALIKE_TEXTS;
+
+    for (size_t i = 0; i < json_array_size(texts); i++) {
+        enum alike_written own = alike_written(json_string_value(json_array_get(texts, i)));
+        bool numbers = own == ALIKE_NUMBERS || own == ALIKE_COMMAS;
+
+        if (own == ALIKE_TEXTS || (i > 0 && numbers == (all == ALIKE_DATES))) {
+            return ALIKE_TEXTS;
+        }
+        all = i == 0 || own == ALIKE_COMMAS ? own : all; /* 11 stands beside 11,5 */
+    }
+    return all;
+}
+
+const char *alike_written_name(enum alike_written written)
+{
+    return written == ALIKE_COMMAS ? "decimal-comma" : written == ALIKE_DATES ? "date" : "number";
+}
+
+const char *alike_written_advice(const char *name)
+{
+    return strcmp(name, "date") == 0
+               ? "dates in quotes. Send how long after a common day each is, as a number"
+           : strcmp(name, "number") == 0
+               ? "numbers in quotes. Send them as numbers, without the quotes"
+               : "numbers in quotes, with a decimal comma. Send them as numbers, with a point "
+                 "and without the quotes";
 }

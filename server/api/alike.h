@@ -25,6 +25,17 @@ void alike_warn_missing(json_t *warnings, const char *of, const json_t *found);
 /* Where the texts of an array are two or more different numbers, each followed by the same unit
    ("50 y", "61 y"), that unit; NULL: they are not. */
 const char *alike_unit(const json_t *texts);
+/* What numbers are that are written as texts. */
+enum alike_written { ALIKE_TEXTS, ALIKE_NUMBERS, ALIKE_COMMAS, ALIKE_DATES };
+/* As what one text is meant: a number ("40"), one with a decimal comma ("11,5"), a date of year,
+   month and day ("2021-03-01", "1.3.2021"), or a text. */
+enum alike_written alike_written(const char *text);
+/* The same of all texts of an array; ALIKE_TEXTS where they are not all meant so. */
+enum alike_written alike_written_all(const json_t *texts);
+/* Its name in figures, and what to do about it, for the end of a sentence. Not of ALIKE_TEXTS. */
+const char *alike_written_name(enum alike_written written);
+const char *alike_written_advice(const char *name);
+
 /* The first few of the texts, quoted, and how many there are more. */
 void alike_quote(const json_t *texts, char *quoted, size_t size);
 

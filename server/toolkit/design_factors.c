@@ -101,10 +101,7 @@ static void refuse_missing(const struct design_build *build, const char *name)
 
 static bool looks_like_number(const char *text)
 {
-    char *end;
-
-    (void)strtod(text, &end);
-    return end != text && !*end;
+    return alike_written(text) == ALIKE_NUMBERS;
 }
 
 /* ---- Numbers --------------------------------------------------------------------------------- */
@@ -201,8 +198,28 @@ static void note_mixed(struct design_build *build, const struct design_factor *f
     }
 }
 
+/* Notes levels that are all numbers or dates in quotes. Labels are always texts. */
+static void note_written(struct design_build *build, const struct design_factor *factor,
+                         json_t *texts)
+{
+    const char *name = factor->source->name;
+    const json_t *first = json_object_get(json_array_get(build->members, 0), "covariates");
+    enum alike_written written = alike_written_all(texts);
+    bool numbers = written != ALIKE_DATES;
+
+    if (written == ALIKE_TEXTS || factor->source->levels || !json_object_get(first, name)) {
+        return;
+    }
+    build->mixed = build->mixed ? build->mixed : json_array();
+    (void)json_array_append_new(
+        build->mixed, json_pack("{s:s, s:O, s:s, s:I, s:I, s:O}", "column", name, "cell",
+                                json_array_get(texts, 0), "written", alike_written_name(written),
+                                "numbers", (json_int_t)(numbers ? build->n : 0), "others",
+                                (json_int_t)(numbers ? 0 : build->n), "cells", texts));
+}
+
 /* Notes levels that differ in case or white space alone, that say that nothing is known, and
-   numbers with their unit behind, which are texts. seen: the levels. */
+   numbers with their unit behind or in quotes, which are texts. seen: the levels. */
 static void note_texts(struct design_build *build, const struct design_factor *factor, json_t *seen)
 {
     const char *name = factor->source->name, *key, *unit;
@@ -233,6 +250,7 @@ static void note_texts(struct design_build *build, const struct design_factor *f
                                     json_array_get(texts, 0), "unit", unit, "numbers", 0, "others",
                                     (json_int_t)build->n, "cells", texts));
     }
+    note_written(build, factor, texts);
     json_decref(found);
     json_decref(texts);
     json_decref(collection);
@@ -251,6 +269,7 @@ static const char *why_levels(const struct design_build *build, const struct des
     {
         const char *unit = json_string_value(json_object_get(one, "unit"));
         const char *cell = json_string_value(json_object_get(one, "cell"));
+        const char *written = json_string_value(json_object_get(one, "written"));
 
         if (strcmp(json_string_value(json_object_get(one, "column")), name) != 0) {
             continue;
@@ -260,6 +279,9 @@ static const char *why_levels(const struct design_build *build, const struct des
                            ". It is text in the cohort, numbers with the unit \"%.20s\", "
                            "\"%.60s\" first: give numbers alone",
                            unit, cell);
+        } else if (written) {
+            (void)snprintf(text, MIXED_TEXT, ". \"%.60s\" and the others are %s", cell,
+                           alike_written_advice(written));
         } else {
             (void)snprintf(text, MIXED_TEXT,
                            ". It is text in the cohort, since \"%.60s\" is no number; %lld of its "

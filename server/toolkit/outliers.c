@@ -152,16 +152,25 @@ void outliers_warn(const json_t *inputs, json_t *document)
     }
 }
 
-static void warn_unit(const char *name, const char *unit, const json_t *figures, json_t *document)
+/* Levels that are all numbers with a unit, or all written as numbers or dates are. */
+static void warn_levels(const char *name, const char *unit, const char *written,
+                        const json_t *figures, json_t *document)
 {
     char quoted[400];
 
     alike_quote(json_object_get(figures, "cells"), quoted, sizeof quoted);
+    if (unit) {
+        warning_add(warnings_of(document), "column-is-text", json_deep_copy(figures),
+                    "\"%.60s\" is taken as levels: it is text in the cohort, numbers with the unit "
+                    "\"%.20s\": %s. Give numbers alone for it to count as a number, or write "
+                    "C(%.60s) where levels are meant.",
+                    name ? name : "", unit, quoted, name ? name : "");
+        return;
+    }
     warning_add(warnings_of(document), "column-is-text", json_deep_copy(figures),
-                "\"%.60s\" is taken as levels: it is text in the cohort, numbers with the unit "
-                "\"%.20s\": %s. Give numbers alone for it to count as a number, or write "
-                "C(%.60s) where levels are meant.",
-                name ? name : "", unit, quoted, name ? name : "");
+                "\"%.60s\" is taken as levels: it is text in the cohort. %s are %s for it to count "
+                "as one, or write C(%.60s) where levels are meant.",
+                name ? name : "", quoted, alike_written_advice(written), name ? name : "");
 }
 
 /* mixed: of a design. */
@@ -176,9 +185,10 @@ static void warn_mixed(const json_t *mixed, json_t *document)
         json_int_t numbers = json_integer_value(json_object_get(one, "numbers"));
         json_int_t others = json_integer_value(json_object_get(one, "others"));
         const char *unit = json_string_value(json_object_get(one, "unit"));
+        const char *written = json_string_value(json_object_get(one, "written"));
 
-        if (unit) {
-            warn_unit(name, unit, one, document);
+        if (unit || written) {
+            warn_levels(name, unit, written, one, document);
             continue;
         }
         warning_add(warnings_of(document), "column-is-text", json_deep_copy(one),

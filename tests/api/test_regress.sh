@@ -157,6 +157,23 @@ execute regress '{"cohort":"mixed","register":false,"permutations":9,"bootstraps
 is_problem 422 invalid-input 'and where its levels are too many for it'
 like "$(json '.errors[0].detail')" 'It is text in the cohort, since "unknown" is no number; 12 of its values are' 'that is why'
 
+# Numbers and dates in quotes.
+post_json /v1/cohorts "{\"name\":\"quoted\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value | .label = "\($i % 2)" | .covariates += {
+    years: "\(40 + $i % 3)", comma: (if $i % 3 == 0 then "11" else "1\($i % 3),5" end), day: "2021-03-0\(1 + $i % 3)",
+    each: "-0.\(100 + $i)", word: ["inf", "1b"][$i / 4 % 2 | floor]})' <<<"$MEMBERS")}"
+for case in 'years number 40 18' 'comma decimal-comma 11 18' 'day date 2021-03-01 0'; do
+    read -r NAME WRITTEN CELL NUMBERS <<<"$case"
+    execute regress "{\"cohort\":\"quoted\",\"register\":false,\"permutations\":9,\"bootstraps\":100,\"formula\":\"shape ~ $NAME\"}"
+    is "$STATUS $(json '[.warnings[] | select(.code == "column-is-text") | .figures | .column, .written, .cell, .numbers, (.cells | length)] | join(" ")')" \
+        "200 $NAME $WRITTEN $CELL $NUMBERS 3" "levels that are all a $WRITTEN in quotes are told"
+done
+execute regress '{"cohort":"quoted","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ C(years) + word + label"}'
+is "$STATUS $(json '[.warnings[] | select(.code == "column-is-text")] | length')" '200 0' 'levels that are meant, words and labels are not'
+execute regress '{"cohort":"quoted","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ each"}'
+is_problem 422 invalid-input 'a level for each subject'
+like "$(json '.errors[0].detail')" 'one subject; each level needs two. "-0.1[0-9]*" and the others are numbers in quotes. Send them as numbers' \
+    'is told what it lacks'
+
 # Texts that differ in case or white space alone, numbers with their unit, and numbers beyond all use.
 post_json /v1/cohorts "{\"name\":\"alike\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value
     | .label = ["Patient", " patient"][$i % 2] | .covariates += {centre: ["North 1", "north1", "South"][$i % 3],
