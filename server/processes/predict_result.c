@@ -224,8 +224,10 @@ static struct labelled count_labels(const struct group_input *group, const struc
     return found;
 }
 
+/* assessed: whether there is an assessment, which then leaves labels out that are no class. */
 static void warn_unassessed(json_t *warnings, const struct group_input *group,
-                            const struct kept *kept, const struct predict_answer *answer)
+                            const struct kept *kept, const struct predict_answer *answer,
+                            bool assessed)
 {
     struct labelled found = count_labels(group, kept, answer);
     char classes[QUOTED_MAX];
@@ -236,7 +238,7 @@ static void warn_unassessed(json_t *warnings, const struct group_input *group,
     }
     alike_quote(names, classes, sizeof classes);
     json_decref(names);
-    if (found.labels == 0) { /* nobody asks for one */
+    if (assessed ? found.unknown == 0 : found.labels == 0) { /* nobody asks for one */
         return;
     }
     figures = json_pack("{s:s?, s:I, s:I, s:I}", "class", found.missing, "labelled",
@@ -244,6 +246,16 @@ static void warn_unassessed(json_t *warnings, const struct group_input *group,
                         "trainingSubjects", (json_int_t)found.trained);
     if (found.first) {
         (void)json_object_set_new(figures, "label", json_string(found.first));
+    }
+    if (assessed) {
+        warning_add(warnings, "not-assessed", figures,
+                    "The assessment leaves out %zu of %zu members with a label: the classifier "
+                    "does not know %s, \"%.60s\" first. Its classes are %.300s: correct the label "
+                    "if it means one of these. Otherwise the classifier is wrong about all whom it "
+                    "belongs to, which its accuracy does not count.",
+                    found.unknown, found.labels, found.unknown == 1 ? "it" : "theirs", found.first,
+                    classes);
+        return;
     }
     warning_add(warnings, "not-assessed", figures,
                 "There is no assessment: it needs members of every class that the classifier was "
@@ -299,8 +311,8 @@ static bool assess(const struct group_input *group, const struct kept *kept,
                              known.probabilities, answer->priors, NULL, &found);
     }
     *assessment = status == SRNF_OK ? assessment_json(&found, kept->names) : json_null();
-    if (status != SRNF_OK && status != SRNF_ENOMEM) {
-        warn_unassessed(warnings, group, kept, answer);
+    if (status != SRNF_ENOMEM) {
+        warn_unassessed(warnings, group, kept, answer, status == SRNF_OK);
     }
     srnf_assessment_clear(&found);
     srnf_free(known.at);

@@ -88,6 +88,11 @@ compare "$(json '.assessment.accuracy.value | real')" '>=' 0.75 'it is mostly ri
 is "$(json '[.predictions[] | .label == .truth] | map(select(.)) | length')" "$(json .assessment.correct)" 'as the assessment counts'
 is "$(json '[.predictions[] | .trainingSubject] | any')" false 'none was trained on'
 cp "$BODY" "$SCRATCH/other.json"
+is "$(json '[.warnings[].code] | index("not-assessed")')" null 'and leaves out none of them'
+post_json /v1/cohorts "$(cohort third 12 24 | jq -c '.members[0].label = "long" | .members[3].label = "oblong"')"
+execute predict "{\"model\":\"$MODEL\",\"cohort\":\"third\"}" -H "$WAIT"
+is "$STATUS $(json .assessment.members) $(json '.warnings[] | select(.code == "not-assessed").figures | [.class, .labelled, .unknown, .label, .trainingSubjects] | tojson')" \
+    '200 10 [null,12,2,"long",0]' 'labels that it does not know among others are told, as its assessment leaves them out'
 execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"${SURFACES[15]}\"]}" -H "$WAIT"
 is "$STATUS $(json '.predictions[0].probabilities.flat') $(json .assessment)" \
     "200 $(jq '.predictions[3].probabilities.flat' "$SCRATCH/other.json") null" 'one surface gets what it got among others'
