@@ -68,6 +68,14 @@ void classify_set_covariates(struct process_inputs *given);
 bool classify_check_count(struct process_inputs *given, size_t numbers);
 json_t *classify_number_names(bool with_size, const json_t *parts, const json_t *covariates);
 /*
+ * After SRNF_ENUMERIC: names in the problem of a result the first of the covariates that is the
+ * same in all members of each class, and so makes covariances singular.
+ *   numbers  [in] [n][sizes and covariates] of classify_numbers
+ *   labels   [in] [n]
+ */
+void classify_name_constant(const json_t *covariates, size_t sizes, size_t n, const double *numbers,
+                            const size_t *labels, struct jobs_result *result);
+/*
  * [n][of these] logs of sizes and the covariates, of members that are loaded, part after part.
  *   n        [in]  subjects: the members of each part
  *   sizes    [in]  parts whose sizes count: all, or 0

@@ -5,6 +5,8 @@
 #include "processes/classify.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <string.h>
 
 #include "toolkit/covariates.h"
 
@@ -81,4 +83,39 @@ int classify_numbers(struct jobs_run *run, const struct srnf_sht *sht,
     }
     srnf_free(normalized);
     return status;
+}
+
+/* Whether number k of `count` is the same in all members of each class. */
+static bool is_constant(size_t n, const double *numbers, size_t count, size_t k,
+                        const size_t *labels)
+{
+    for (size_t i = 0; i < n; i++) {
+        size_t first = 0;
+
+        while (labels[first] != labels[i]) {
+            first++;
+        }
+        if (numbers[i * count + k] < numbers[first * count + k] ||
+            numbers[i * count + k] > numbers[first * count + k]) {
+            return false;
+        }
+    }
+    return true;
+}
+
+void classify_name_constant(const json_t *covariates, size_t sizes, size_t n, const double *numbers,
+                            const size_t *labels, struct jobs_result *result)
+{
+    size_t count = sizes + json_array_size(covariates), length = strlen(result->problem_detail);
+
+    for (size_t k = sizes; numbers && k < count; k++) {
+        if (is_constant(n, numbers, count, k, labels)) {
+            (void)snprintf(result->problem_detail + length, sizeof result->problem_detail - length,
+                           ". \"%.60s\" is the same in all members of each label, so that it does "
+                           "not vary within them and tells the label by itself: leave it out of "
+                           "covariates, or take the method srnf-nn",
+                           json_string_value(json_array_get(covariates, k - sizes)));
+            return;
+        }
+    }
 }

@@ -89,6 +89,20 @@ static json_t *covariate_names(const json_t *names, size_t sizes)
     return own;
 }
 
+static bool has_name(const json_t *names, const char *name)
+{
+    const json_t *one;
+    size_t i;
+
+    json_array_foreach(names, i, one)
+    {
+        if (strcmp(json_string_value(one), name) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* Each surface must have those and no others. */
 static void check_given(struct process_inputs *given, const json_t *names, size_t n)
 {
@@ -108,8 +122,14 @@ static void check_given(struct process_inputs *given, const json_t *names, size_
     }
     json_array_foreach(all, i, one)
     {
+        const char *surplus = NULL, *key;
+        json_t *value;
         size_t found = 0;
 
+        json_object_foreach((json_t *)(uintptr_t)one, key, value)
+        {
+            surplus = surplus || has_name(names, key) ? surplus : key;
+        }
         (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", i);
         json_array_foreach(names, k, name)
         {
@@ -122,8 +142,9 @@ static void check_given(struct process_inputs *given, const json_t *names, size_
         }
         if (found == json_array_size(names) && json_object_size(one) > found) {
             problem_add(given->list, pointer,
-                        "has %zu covariates; the classifier takes %zu of them",
-                        json_object_size(one), found);
+                        "has %zu covariates; the classifier takes %zu of them, and not \"%.60s\": "
+                        "leave it out",
+                        json_object_size(one), found, surplus ? surplus : "");
         }
     }
 }

@@ -219,7 +219,12 @@ static int compute(struct jobs_run *run, const struct train *train, struct train
                                  answer->classes.count, &answer->options, jobs_run_context(run),
                                  &answer->trained, &error);
     jobs_transform_release(jobs_run_jobs(run), sht);
-    return status ? compute_fail(result, status, &error, "training the classifier") : 0;
+    status = status ? compute_fail(result, status, &error, "training the classifier") : 0;
+    if (status == SRNF_ENUMERIC) {
+        classify_name_constant(train->covariates, train->scale ? answer->n_parts : 0, answer->n,
+                               answer->numbers, answer->classes.labels, result);
+    }
+    return status;
 }
 
 /* ---- Results --------------------------------------------------------------------------------- */

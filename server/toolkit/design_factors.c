@@ -12,9 +12,11 @@
 #include "api/cohorts.h"
 #include "text.h"
 #include "toolkit/covariates.h"
+#include "toolkit/design_names.h"
 #include "toolkit/group.h"
 
 #define NAMES_SHOWN 240
+#define ADVICE_TEXT 320
 #define MIXED_TEXT 240
 #define LEVELS_SHOWN 400
 #define POINTER "/inputs/formula"
@@ -71,7 +73,7 @@ static const char *id_of(const struct design_build *build, size_t i)
 /* Members without the covariate, and the names there are where nobody has it. */
 static void refuse_missing(const struct design_build *build, const char *name)
 {
-    char there[NAMES_SHOWN];
+    char there[NAMES_SHOWN], advice[ADVICE_TEXT];
     json_t *seen = json_object();
     size_t missing = 0, first = 0;
 
@@ -86,11 +88,13 @@ static void refuse_missing(const struct design_build *build, const char *name)
         }
     }
     cohort_list_names(seen, there, sizeof there);
+    design_name_advice(seen, json_string_value(json_object_get(build->given->canonical, "formula")),
+                       name, advice, sizeof advice);
     json_decref(seen);
     if (missing == build->n) {
         problem_add(build->given->list, POINTER,
-                    "no member of the cohort has a covariate \"%.60s\"; %s%s", name,
-                    there[0] ? "the cohort has " : "the cohort has none", there);
+                    "no member of the cohort has a covariate \"%.60s\"; %s%s%s", name,
+                    there[0] ? "the cohort has " : "the cohort has none", there, advice);
     } else {
         problem_add(build->given->list, POINTER,
                     "%zu of %zu members have no \"%.60s\", member %zu (%.40s) first: complete the "
@@ -422,6 +426,32 @@ static bool read_levels(struct design_build *build, struct design_factor *factor
 
 /* ---- All ------------------------------------------------------------------------------------- */
 
+/* Some members have numbers; one of the others is quoted, with what to do about it. */
+static void refuse_kinds(const struct design_build *build, const char *name, size_t texts,
+                         size_t member)
+{
+    const json_t *value = value_of(json_array_get(build->members, member), name);
+    char text[FORMULA_NAME_MAX], advice[ADVICE_TEXT];
+    bool written = design_level(value, sizeof text, text) && json_is_string(value);
+
+    if (written && looks_like_number(text)) {
+        (void)snprintf(advice, sizeof advice,
+                       "a number in quotes: send it as a number, without the quotes");
+    } else if (written && 2 * texts < build->n) {
+        (void)snprintf(advice, sizeof advice,
+                       "a text: send a number, or null where nothing is known, and leave such "
+                       "members out");
+    } else {
+        (void)snprintf(advice, sizeof advice, "%s: write C(%.60s) to take all as levels",
+                       written ? "a text" : "none", name);
+    }
+    problem_add(build->given->list, POINTER,
+                "\"%.60s\" is a number for some members and not for %zu of %zu. Of member %zu "
+                "(%.40s) it is %s%.60s%s, %s",
+                name, texts, build->n, member, id_of(build, member), written ? "\"" : "", text,
+                written ? "\"" : "", advice);
+}
+
 /* Whether the values are levels; false in *good with a problem noted where they are neither. */
 static bool is_categorical(const struct design_build *build, const struct design_factor *factor,
                            bool *good)
@@ -446,10 +476,7 @@ static bool is_categorical(const struct design_build *build, const struct design
                     factor->source->text, name, last, id_of(build, last));
         *good = false;
     } else if (texts > 0 && texts < build->n) {
-        problem_add(build->given->list, POINTER,
-                    "\"%.60s\" is a number for some members and not for member %zu (%.40s): write "
-                    "C(%.60s) to take all as levels",
-                    name, last, id_of(build, last), name);
+        refuse_kinds(build, name, texts, last);
         *good = false;
     }
     return texts > 0;

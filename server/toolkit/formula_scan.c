@@ -39,14 +39,47 @@ bool formula_take(struct formula_parser *p, const char *what)
     return true;
 }
 
+/* The word before and the word here, where nothing but white space is between them, as in "my x";
+   0: it is not so. */
+static size_t words_here(const struct formula_parser *p, char *both, size_t size)
+{
+    const char *end = p->at, *start = p->at;
+
+    while (end > p->start && isspace((unsigned char)end[-1])) {
+        end--;
+    }
+    start = end;
+    while (start > p->start && formula_is_name(start[-1], false)) {
+        start--;
+    }
+    end = p->at;
+    while (*end && formula_is_name(*end, end == p->at)) {
+        end++;
+    }
+    if (start == p->at || end == p->at || !formula_is_name(*start, true)) {
+        return 0;
+    }
+    (void)snprintf(both, size, "%.*s", (int)(end - start), start);
+    return (size_t)(end - start);
+}
+
 void formula_fail_here(struct formula_parser *p, const char *expected)
 {
+    size_t words;
+    char both[2 * FORMULA_NAME_MAX];
+
     formula_skip(p);
+    words = words_here(p, both, sizeof both);
     if (*p->at == '|') {
         formula_fail(p,
                      "has \"%.20s\" at character %zu: there are no random effects. Members of a "
                      "subject count as one in regress, and have a line each in trajectories",
                      p->at, (size_t)(p->at - p->start) + 1);
+    } else if (*p->at && words > 0) {
+        formula_fail(p,
+                     "has \"%.20s\" at character %zu where %s is expected. A name of several words "
+                     "is written Q(\"%.40s\")",
+                     p->at, (size_t)(p->at - p->start) + 1, expected, both);
     } else if (*p->at) {
         formula_fail(p, "has \"%.20s\" at character %zu where %s is expected", p->at,
                      (size_t)(p->at - p->start) + 1, expected);

@@ -160,7 +160,8 @@ like "$(json '.errors[0].detail')" 'It is text in the cohort, since "unknown" is
 # Numbers and dates in quotes.
 post_json /v1/cohorts "{\"name\":\"quoted\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value | .label = "\($i % 2)" | .covariates += {
     years: "\(40 + $i % 3)", comma: (if $i % 3 == 0 then "11" else "1\($i % 3),5" end), day: "2021-03-0\(1 + $i % 3)",
-    each: "-0.\(100 + $i)", word: ["inf", "1b"][$i / 4 % 2 | floor]})' <<<"$MEMBERS")}"
+    each: "-0.\(100 + $i)", seldom: (if $i == 3 then "NA" else $i % 5 end), number: (if $i == 3 then "4" else $i % 5 end),
+    some: (if $i % 3 == 0 then $i else "a" end), "my-x": $i, "my x": $i, "gr\u00f6\u00dfe": $i, word: ["inf", "1b"][$i / 4 % 2 | floor]})' <<<"$MEMBERS")}"
 for case in 'years number 40 18' 'comma decimal-comma 11 18' 'day date 2021-03-01 0'; do
     read -r NAME WRITTEN CELL NUMBERS <<<"$case"
     execute regress "{\"cohort\":\"quoted\",\"register\":false,\"permutations\":9,\"bootstraps\":100,\"formula\":\"shape ~ $NAME\"}"
@@ -173,6 +174,18 @@ execute regress '{"cohort":"quoted","register":false,"permutations":9,"bootstrap
 is_problem 422 invalid-input 'a level for each subject'
 like "$(json '.errors[0].detail')" 'one subject; each level needs two. "-0.1[0-9]*" and the others are numbers in quotes. Send them as numbers' \
     'is told what it lacks'
+quoted_refused() { # FORMULA PATTERN
+    execute regress "{\"cohort\":\"quoted\",\"register\":false,\"permutations\":9,\"bootstraps\":100,\"formula\":\"$1\"}"
+    like "$STATUS $(json '.errors[0].detail')" "$2" "refused: $1"
+}
+quoted_refused 'shape ~ seldom' '422 .* not for 1 of 18. Of member 3 .* it is "NA", a text: send a number, or null'
+quoted_refused 'shape ~ number' '422 .* it is "4", a number in quotes: send it as a number'
+quoted_refused 'shape ~ some' '422 .* not for 12 of 18. .* it is "a", a text: write C[(]some[)] to take all as levels'
+quoted_refused 'shape ~ my' '422 no member .* covariate "my"; the cohort has .*"my-x".*$'
+quoted_refused 'shape ~ my-x' '422 .*If "my-x" is meant, write Q[(]"my-x"[)]'
+quoted_refused 'shape ~ my x' '422 has "x" at character 12 .* is written Q[(]"my x"[)]'
+quoted_refused 'shape ~ gro\u0308\u00dfe' '422 no member .*differs in how its letters are composed [(]Unicode NFC and NFD[)]'
+quoted_refused 'shape ~ gra\u0308\u00dfe' '422 no member .*"word"$'
 
 # Texts that differ in case or white space alone, numbers with their unit, and numbers beyond all use.
 post_json /v1/cohorts "{\"name\":\"alike\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value

@@ -232,7 +232,7 @@ wrong predict "{\"model\":\"$AGED\",\"surfaces\":[\"$STRANGE\"]}" /inputs/covari
 wrong predict "{\"model\":\"$AGED\",\"surfaces\":[\"$STRANGE\"],\"covariates\":[{\"age\":4}]}" /inputs/covariates/0 'has no "dose"' \
     'a covariate that is missing'
 wrong predict "{\"model\":\"$AGED\",\"surfaces\":[\"$STRANGE\"],\"covariates\":[{\"age\":4,\"dose\":1,\"sex\":1}]}" \
-    /inputs/covariates/0 'has 3 covariates; the classifier takes 2' 'one too many'
+    /inputs/covariates/0 'has 3 covariates; the classifier takes 2 of them, and not "sex": leave it out' 'one too many'
 wrong predict "{\"model\":\"$AGED\",\"surfaces\":[\"$STRANGE\"],\"covariates\":[{\"age\":\"old\",\"dose\":1}]}" \
     /inputs/covariates/0 '"age" must be a number' 'a text'
 wrong predict "{\"model\":\"$AGED\",\"cohort\":\"other\"}" /inputs/cohort 'has no covariate "age"' 'members without them'
@@ -245,6 +245,10 @@ wrong classify "{\"cohort\":\"half\",\"method\":[\"srnf-nn\"],\"scale\":\"shape-
     'are 65 numbers beside shape' 'in any of them'
 wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"covariates\":[{\"age\":4}]}" /inputs/covariates \
     'takes none' 'covariates of no use'
+post_json /v1/cohorts "$(cohort told 0 12 | jq -c '.members |= (to_entries | map(.value + {covariates: {age: (.key * 7 % 5), kind: (.key % 2)}}))')"
+execute train '{"cohort":"told","commonPose":true,"components":1,"covariance":"pooled","covariates":["age","kind"]}' -H "$WAIT"
+like "$STATUS $(json .code) $(json .detail)" '422 numerical-failure .* is singular .*"kind" is the same in all members of each label' \
+    'a covariate that is the label is named where Gaussians fail by it'
 wrong train '{"cohort":"half","covariates":["age"]}' /inputs/covariates/0 'has no covariate "age"' 'a covariate that nobody has'
 execute predict "{\"model\":\"model-00000000000000000000000000000000\",\"surfaces\":[\"$STRANGE\"]}" -H "$WAIT"
 is_problem 404 no-such-model 'refused: a model that is not there'
