@@ -19,8 +19,11 @@
  * the sum of a_i e_i e_i' (J. MacKinnon, H. White 1985), whose degrees of freedom are f =
  * (tr A)^2 / tr A^2, A = R diag(a) R (R. Bell, D. McCaffrey, "Bias reduction in standard errors",
  * 2002): for two groups the f of Welch where variances are alike. tr C^2 is freed of what noise
- * adds, (1 + 1 / f) tr C^2 + (tr C)^2 / f, tr C^3 is (tr C^2)^2 / tr C, as of equal variances, and
- * s |b|^2 = b'C b - tr C^2, as b and C are independent.
+ * adds, (1 + 1 / f) tr C^2 + (tr C)^2 / f. A column of numbers rests on few subjects, and with f =
+ * 4, say, nothing may be left of it; so over (tr C)^2 it is at least what all residuals give alike,
+ * which have n - p degrees of freedom and the same where subjects vary alike. tr C^3 is
+ * (tr C^2)^2 / tr C, as of equal variances, and s |b|^2 = b'C b - tr C^2, as b and C are
+ * independent.
  *
  * The ratio |beta|^2 / tr C is what is estimated from R = |b|^2 / tr C, whose tr C has the variance
  * v = 2 tr C^2 / f over its square. To the cumulants k of |b|^2 / tr C that adds v k_1^2 to the
@@ -274,6 +277,7 @@ static bool measure(const struct intervals *of, const double *weights, const dou
     double *products = of->scratch + n;
     double trace = 0.0;
     double inside = 0.0; /* b'C b */
+    double all = 0.0;    /* squares of all residuals */
     double excess;
 
     take_residuals(of, along, products);
@@ -283,13 +287,15 @@ static bool measure(const struct intervals *of, const double *weights, const dou
         trace += a[i] * of->rest[i];
         noise->trace += a[i] * of->gram[i * n + i];
         inside += a[i] * products[i] * products[i];
+        all += of->gram[i * n + i];
     }
     noise->freedom = trace > 0.0 ? trace * trace / squares_of_projection(of, a) : 0.0;
     if (!(noise->freedom >= FREEDOM_MIN * (1.0 - ROUNDING)) || !isfinite(noise->trace)) {
         return false;
     }
-    noise->squares =
-        noise->trace * noise->trace * alike(noise->trace, squares_of_noise(of, a), noise->freedom);
+    noise->squares = noise->trace * noise->trace *
+                     fmax(alike(noise->trace, squares_of_noise(of, a), noise->freedom),
+                          alike(all, squares_of_noise(of, NULL), (double)(n - of->count)));
     excess = square - noise->trace;
     noise->along = sqrt(noise->squares);
     if (excess > 0.0) {

@@ -1,14 +1,19 @@
 /*
  * test_intervals.c - intervals of norms and variances of linear models: how often they hold what
- * was planted, and data that tell nothing.
+ * was planted, how often they claim what is noise, and data that tell nothing.
  */
 #include "group.h"
 #include "stats/intervals.h"
 
+#include <cblas.h>
+
 #define SUBJECTS_MAX ((size_t)24)
 #define DIMENSIONS ((size_t)12)
+#define MANY ((size_t)40) /* dimensions of noise beside several columns */
+#define COLUMNS_MAX ((size_t)6)
 #define STUDIES ((size_t)400)
-#define MISSED_MAX ((size_t)36) /* one in twenty, exceeded by chance once in 3000 */
+#define MISSED_MAX ((size_t)36)  /* one in twenty, exceeded by chance once in 3000 */
+#define CLAIMED_MAX ((size_t)20) /* one in forty, exceeded by chance once in 700 */
 
 struct planted {
     size_t n;
@@ -121,6 +126,70 @@ static void what_is_planted_is_held(void **state)
     }
 }
 
+/* Whether the interval of a coefficient of noise begins above 0, beside other columns of numbers. */
+static bool noise_is_claimed(size_t n, size_t columns, double decline, struct test_random *random)
+{
+    double basis[COLUMNS_MAX * SUBJECTS_MAX], gram[SUBJECTS_MAX * SUBJECTS_MAX];
+    double weights[SUBJECTS_MAX], along[SUBJECTS_MAX] = {0.0}, interval[2];
+    double y[SUBJECTS_MAX * MANY], b[MANY] = {0.0}, square = 0.0, length = 0.0;
+    struct intervals intervals;
+
+    for (size_t k = 0; k <= columns; k++) {
+        double *v = basis + k * n;
+
+        test_random_normals(random, n, v);
+        for (size_t i = 0; i < n; i++) {
+            v[i] = k ? v[i] : 1.0;
+        }
+        for (size_t m = 0; m < k; m++) {
+            cblas_daxpy((int)n, -cblas_ddot((int)n, v, 1, basis + m * n, 1), basis + m * n, 1, v,
+                        1);
+        }
+        length = cblas_dnrm2((int)n, v, 1);
+        cblas_dscal((int)n, 1.0 / length, v, 1);
+    }
+    for (size_t i = 0; i < n; i++) {
+        weights[i] = basis[columns * n + i] / length; /* of the last column */
+    }
+    for (size_t k = 0; k < n * MANY; k++) {
+        y[k] = pow((double)(k % MANY + 1), -0.5 * decline) * test_random_normal(random);
+        b[k % MANY] += weights[k / MANY] * y[k];
+    }
+    for (size_t k = 0; k < n * MANY; k++) {
+        along[k / MANY] += y[k] * b[k % MANY];
+    }
+    for (size_t k = 0; k < MANY; k++) {
+        square += b[k] * b[k];
+    }
+    assert_int_equal(stats_gram(n, MANY, y, gram, NULL), SRNF_OK);
+    assert_int_equal(intervals_open(&intervals, n, columns + 1, basis, gram), SRNF_OK);
+    intervals_norm(&intervals, weights, along, square, interval);
+    intervals_close(&intervals);
+    assert_true(isnan(interval[0]) || (interval[0] >= 0.0 && interval[1] >= sqrt(square)));
+    return interval[0] > 0.0;
+}
+
+/* Few degrees of freedom, as a column of numbers rests on the few subjects far from its mean. */
+static void noise_in_few_subjects_is_not_claimed(void **state)
+{
+    static const size_t sizes[][2] = {{12, 1}, {12, 2}, {14, 3}, {16, 5}};
+    struct test_random random = test_random_seed(43);
+
+    (void)state;
+    for (size_t k = 0; k < 4 * 3; k++) {
+        const size_t *of = sizes[k % 4];
+        double decline = (double)(k / 4) / 2.0;
+        size_t claimed = 0;
+
+        for (size_t study = 0; study < STUDIES; study++) {
+            claimed += noise_is_claimed(of[0], of[1], decline, &random);
+        }
+        printf("# %zu subjects, %zu columns, variances 1 / k^%.1f: of %zu of noise claimed %zu\n",
+               of[0], of[1], decline, STUDIES, claimed);
+        assert_in_range(claimed, 0, CLAIMED_MAX);
+    }
+}
+
 /* A group of two subjects tells too little; equal subjects leave no doubt. */
 static void what_tells_nothing(void **state)
 {
@@ -157,6 +226,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_planted_is_held),
+        cmocka_unit_test(noise_in_few_subjects_is_not_claimed),
         cmocka_unit_test(what_tells_nothing),
     };
 
