@@ -451,7 +451,6 @@ out:
         }
         srnf_inversion_clear(result);
     }
-    sliding_destroy(run.sliding);
     srnf_free(run.f);
     srnf_free(sphere);
     gauss_newton_destroy(system);

@@ -7,11 +7,8 @@
  * as the model's E is below it, which spares a last step most of its products. An accepted step
  * divides lambda by 5, a refused one multiplies it by 8.
  *
- * Where little energy is left, what is left slides along the surface, and sliding.c helps the
- * conjugate gradients to find it.
- *
- * A product costs one gradient transform and one adjoint, and .9 transforms more with sliding.c; a
- * step one transform and one adjoint more.
+ * A product costs one gradient transform and one adjoint; a step one transform and one adjoint
+ * more.
  */
 #include "inversion.h"
 
@@ -23,7 +20,6 @@
 #define LAMBDA_MAX 1e8   /* the step is then shorter than rounding: stationary */
 #define INNER_TOLERANCE_MIN 1e-6
 #define INNER_TOLERANCE_MAX 0.1
-#define SLIDING_BELOW 1e-5 /* relative energy */
 
 struct levenberg {
     double *memory;
@@ -71,50 +67,22 @@ static double gain_enough(const struct inversion_run *run, const struct levenber
     return options->goal > 0.0 ? fmax(0.0, run->energy - goal) : 0.0;
 }
 
-/* What sliding.c adds to the preconditioner, for the equations at the state. Far from a solution it
-   would cost more than it gains: without it, steps hardly slide, and are accepted more often. */
-static int prepare_sliding(struct inversion_run *run, struct levenberg *work,
-                           const struct levenberg_options *options, double lambda)
-{
-    work->conjugate.sliding = NULL;
-    if (options->inner_tolerance > 0.0 || inversion_run_relative(run) > SLIDING_BELOW) {
-        return SRNF_OK;
-    }
-    if (!run->sliding) {
-        int status = sliding_create(&run->sliding, run->system);
-
-        if (status) {
-            return status;
-        }
-    }
-    work->conjugate.sliding = run->sliding;
-    sliding_prepare(run->sliding, run->system, run->f, work->conjugate.diagonal, lambda);
-    return SRNF_OK;
-}
-
-/* One step, solved anew with a larger lambda until it is accepted. Sets run->stopped, and *more to
+/* One step, solved anew with a larger lambda until it is accepted. Sets run->stopped and returns
    false to stop. */
-static int advance(struct inversion_run *run, struct levenberg *work,
-                   const struct levenberg_options *options, double *lambda, size_t *steps,
-                   bool *more)
+static bool advance(struct inversion_run *run, struct levenberg *work,
+                    const struct levenberg_options *options, double *lambda, size_t *steps)
 {
     struct gauss_newton *system = run->system;
     size_t n = system->count;
 
     gauss_newton_gradient(system, work->gradient);
     work->conjugate.enough = gain_enough(run, options);
-    *more = false;
     while (*steps < options->max_steps) {
         double energy;
-        int status;
 
         if (srnf_is_canceled(run->context)) {
             run->stopped = SRNF_STOP_CANCELED;
-            return SRNF_OK;
-        }
-        status = prepare_sliding(run, work, options, *lambda);
-        if (status) {
-            return status;
+            return false;
         }
         /* The gradient at the state: the step goes against it. */
         (void)normal_equations_solve(&work->conjugate, system, work->gradient, *lambda,
@@ -133,17 +101,16 @@ static int advance(struct inversion_run *run, struct levenberg *work,
             inversion_run_record(run);
             *lambda = fmax(LAMBDA_MIN, *lambda * LAMBDA_DOWN);
             run->stopped = small ? SRNF_STOP_STATIONARY : SRNF_STOP_MAX_ITERATIONS;
-            *more = !small;
-            return SRNF_OK;
+            return !small;
         }
         *lambda *= LAMBDA_UP;
         if (*lambda > LAMBDA_MAX) {
             run->stopped = SRNF_STOP_STATIONARY;
-            return SRNF_OK;
+            return false;
         }
     }
     run->stopped = SRNF_STOP_MAX_ITERATIONS;
-    return SRNF_OK;
+    return false;
 }
 
 int inversion_levenberg(struct inversion_run *run, const struct levenberg_options *options)
@@ -152,7 +119,6 @@ int inversion_levenberg(struct inversion_run *run, const struct levenberg_option
     double lambda = options->lambda;
     size_t steps = 0;
     bool more = true;
-    int status = SRNF_OK;
 
     if (allocate(&work, run->system)) {
         release(&work);
@@ -160,17 +126,13 @@ int inversion_levenberg(struct inversion_run *run, const struct levenberg_option
     }
     work.conjugate.context = run->context;
     run->stopped = SRNF_STOP_MAX_ITERATIONS;
-    while (status == SRNF_OK && more && inversion_run_relative(run) > run->tolerance) {
-        more = steps < options->max_steps && run->iterations < run->max_iterations;
-        if (more) {
-            status = advance(run, &work, options, &lambda, &steps, &more);
-        }
+    while (more && inversion_run_relative(run) > run->tolerance) {
+        more = steps < options->max_steps && run->iterations < run->max_iterations &&
+               advance(run, &work, options, &lambda, &steps);
     }
     if (inversion_run_relative(run) <= run->tolerance) {
         run->stopped = SRNF_STOP_TOLERANCE;
     }
     release(&work);
-    return status != SRNF_OK                    ? status
-           : run->stopped == SRNF_STOP_CANCELED ? SRNF_ECANCELED
-                                                : SRNF_OK;
+    return run->stopped == SRNF_STOP_CANCELED ? SRNF_ECANCELED : SRNF_OK;
 }
