@@ -42,11 +42,11 @@
  *
  * Where there are few subjects all relabellings are taken, each once (exchange.c). A permutation
  * enters by the rows of the design that the residuals meet, (group, covariates) of each: subjects
- * with the same row are one kind, and n! / prod c_k! relabellings of the rows are different. Some of
- * these still give the observed value whatever the data are: where c = +-g~ (by Cauchy and Schwarz
- * no other c is as far as g~ for data along g~) and P' leaves the span of U as it is. Names of
- * groups of one size exchanged are such a relabelling. They are counted as they come, and are what
- * the smallest possible p is made of.
+ * with the same row are one kind, and n! / prod c_k! relabellings of the rows are different. Some
+ * of these still give the observed value whatever the data are: where c = +-g~ (by Cauchy and
+ * Schwarz no other c is as far as g~ for data along g~) and P' leaves the span of U as it is.
+ * Names of groups of one size exchanged are such a relabelling. They are counted as they come,
+ * and are what the smallest possible p is made of.
  *
  * The level. Without covariates the labels can be exchanged under the null hypothesis, and P(p <=
  * a) is at most a, whether all relabellings are taken or some at random. With covariates it is not

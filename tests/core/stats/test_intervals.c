@@ -126,7 +126,7 @@ static void what_is_planted_is_held(void **state)
     }
 }
 
-/* Whether the interval of a coefficient of noise begins above 0, beside other columns of numbers. */
+/* Whether the interval of a coefficient of noise begins above 0, beside other columns. */
 static bool noise_is_claimed(size_t n, size_t columns, double decline, struct test_random *random)
 {
     double basis[COLUMNS_MAX * SUBJECTS_MAX], gram[SUBJECTS_MAX * SUBJECTS_MAX];
