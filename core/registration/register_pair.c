@@ -5,7 +5,6 @@
  * d(b, a) to the last bit: both directions are searched, and the lower objective is kept (the
  * objective itself is symmetric). The answer is the warp or its inverse. Why the search ended is
  * the worse reason of both: one that was cut off might have ended lower than the one that is kept.
- * Where the first way's tournament has left one basin alone, the second way begins in its inverse.
  * In exact mode, whose steps are all of one kind, two swaps follow, in which the warp is inverted
  * and optimized in the other direction. (Swaps begin where there is little to gain: that one gained
  * nothing tells nothing.)
@@ -125,32 +124,17 @@ static bool basins_tell(const struct call *c)
            c->options->start != SRNF_START_RIGID;
 }
 
-/* One of the two ways, by steps in one domain alone: enough to tell which is better. rotation: to
-   begin with, or NULL. */
+/* One of the two ways, by steps in one domain alone: enough to tell which is better. */
 static int search_way(const struct call *c, const struct pair *pair, size_t k,
-                      const double *rotation, struct search *search, struct search_result *result)
+                      struct search *search, struct search_result *result)
 {
     int status = search_create(search, c->sht, pair->q[k], pair->surface[k], pair->surface[1 - k],
                                c->options, pair->subjects[1 - k], c->tools, c->context);
 
     search->rounds = 0;
     search->basin = basins_tell(c);
-    search->rotation = rotation;
     search->landmarks = pair->landmarks[k];
     return status ? status : search_run(search, result);
-}
-
-/* The rotation nearest to the inverse of a warp. */
-static void turn_back(const struct target *t, const struct warp *warp, double rotation[9])
-{
-    double b[9] = {0.0};
-
-    for (size_t i = 0; i < t->n; i++) {
-        for (size_t k = 0; k < 9; k++) {
-            b[k] += t->weight[i] * t->points[3 * i + k / 3] * warp->points[3 * i + k % 3];
-        }
-    }
-    (void)registration_closest_rotation(b, rotation);
 }
 
 static int search_pair(const struct call *c, struct pair *pair)
@@ -160,18 +144,12 @@ static int search_pair(const struct call *c, struct pair *pair)
     struct share share = {c->context, 0.0, SHARE_WAY};
     struct srnf_context context = share_context(&share);
     struct call way = *c;
-    double back[9];
     int status = SRNF_OK;
     size_t best;
 
     way.context = &context;
     for (size_t k = 0; k < 2 && status == SRNF_OK; k++) {
-        bool known = k == 1 && results[0].alone && basins_tell(c);
-
-        if (known) {
-            turn_back(&searches[0].full.target, &results[0].warp, back);
-        }
-        status = search_way(&way, pair, k, known ? back : NULL, &searches[k], &results[k]);
+        status = search_way(&way, pair, k, &searches[k], &results[k]);
         share.from += SHARE_WAY;
         share.to += SHARE_WAY;
     }

@@ -266,7 +266,6 @@ struct search {
     size_t rounds;                     /* of steps in both domains in turn, at most */
     bool basin;                        /* by tables: no further than where the basin is known */
     bool chain;                        /* nothing but the chain and the rotation is asked for */
-    const double *rotation;            /* of the domain, to begin with; NULL: it is sought */
     struct landmark_search *landmarks; /* landmarks.h; NULL: none, as search_create leaves it */
     double *template_series;           /* double[3][(L+1)^2]: harmonics of q1 */
     double *full_memory;               /* of the target */
@@ -287,7 +286,6 @@ struct search_result {
     double distance;
     bool rotations_searched; /* the three that follow are known */
     double ambiguity_objective, ambiguity_angle, rotational_curvature;
-    bool alone; /* after the first rounds of a tournament one basin was left */
     size_t iterations;
 };
 /* From nothing: global start, then the fields by rising degree. */

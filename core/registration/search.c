@@ -192,7 +192,7 @@ static int climb(const struct search *s, size_t from, bool placed, struct search
 
 static int from_basin(const struct search *s, bool still, struct search_result *result)
 {
-    int status = still || s->rotation ? tournament_last(s, result) : tournament_run(s, result);
+    int status = still ? tournament_still(s, result) : tournament_run(s, result);
 
     if (status == SRNF_OK) {
         struct srnf_warp chain = result->warp.chain;

@@ -55,7 +55,7 @@ int subject_create(struct subject *s, const struct srnf_sht *sht, const double *
         status = tabulated_moving_create(&s->full, options->representation, degree, coefficients,
                                          degree, FULL_ORDER, FULL_FINENESS);
     }
-    for (size_t k = still ? TOURNAMENT_LAST : 0; k < TOURNAMENT_ROUNDS && status == SRNF_OK; k++) {
+    for (size_t k = still ? TOURNAMENT_STILL : 0; k < TOURNAMENT_ROUNDS && status == SRNF_OK; k++) {
         status = tabulated_moving_create(&s->rounds[k], options->representation, degree,
                                          coefficients, tournament_round(k, degree).surface,
                                          ROUND_ORDER, ROUND_FINENESS);

@@ -381,9 +381,6 @@ static int run_rounds(struct tournament *t, const struct start_rotation *best,
     for (size_t k = t->first; k < ROUNDS && status == SRNF_OK; k++) {
         struct arena arena;
 
-        if (k == TOURNAMENT_LAST) {
-            result->alone = t->count == 1;
-        }
         status = open_arena(t->search, k, &arena);
         if (status) {
             break;
@@ -435,13 +432,10 @@ int tournament_run(const struct search *s, struct search_result *result)
     return status ? status : run(&t, starts, count, &starts[0], result);
 }
 
-int tournament_last(const struct search *s, struct search_result *result)
+int tournament_still(const struct search *s, struct search_result *result)
 {
-    struct tournament t = {.search = s, .first = TOURNAMENT_LAST};
-    struct start_rotation start = {.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+    struct tournament t = {.search = s, .first = TOURNAMENT_STILL};
+    const struct start_rotation identity = {.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
 
-    if (s->rotation) {
-        memcpy(start.rotation, s->rotation, sizeof start.rotation);
-    }
-    return run(&t, &start, 1, s->rotation ? &start : NULL, result);
+    return run(&t, &identity, 1, NULL, result);
 }

@@ -44,10 +44,9 @@ bool subject_is_read(const struct srnf_register_options *options);
    points), and the ambiguity is known. */
 SRNF_CHECKED int tournament_run(const struct search *search, struct search_result *result);
 
-/* The same from one rotation alone, by the last rounds: the one that the search has, or, where none
-   is sought, the identity. */
-#define TOURNAMENT_LAST ((size_t)2)
-SRNF_CHECKED int tournament_last(const struct search *search, struct search_result *result);
+/* The same from the identity alone, by the last rounds. */
+#define TOURNAMENT_STILL ((size_t)2)
+SRNF_CHECKED int tournament_still(const struct search *search, struct search_result *result);
 
 /* Whether a search may replace its links by fewer, of a higher degree: not where so low a degree is
    asked for that it stands for how smooth the warp is to be, nor in exact mode. */
