@@ -100,14 +100,6 @@ void intervals_close(struct intervals *of)
 
 /* ---- Variances ------------------------------------------------------------------------------- */
 
-void intervals_log(double value, double error, double freedom, double interval[2])
-{
-    double reach = value > 0.0 ? subjects_student(freedom) * error / value : 0.0;
-
-    interval[0] = value * exp(-reach);
-    interval[1] = value * exp(reach);
-}
-
 /* tr of (A M)^2 for the products M of residuals, A diagonal, or 1 for NULL. */
 static double squares_of_noise(const struct intervals *of, const double *a)
 {

@@ -49,7 +49,4 @@ void intervals_of_variance(double value, double freedom, double squares, double 
    distribution (E. Wilson, M. Hilferty, 1931); 1e-3 at least. */
 double intervals_square(double variance, double normal);
 
-/* value exp(-+ t error / value), t of Student's distribution. */
-void intervals_log(double value, double error, double freedom, double interval[2]);
-
 #endif
