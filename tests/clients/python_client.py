@@ -414,3 +414,11 @@ class Bars(unittest.TestCase):
         with Progress("encode", 3, False, out) as bar:
             bar.update(2)
         self.assertEqual(out.getvalue().count("\n"), 1)
+
+    def test_single(self):
+        """one job is told in per cent, as 0/1 says nothing"""
+        out = Terminal()
+        with Progress("regress", 1, None, out) as bar:
+            bar.update(0.41)
+        self.assertIn(" 41 %", out.getvalue())
+        self.assertTrue(out.getvalue().endswith("regress: done in 0 s\n"), out.getvalue())

@@ -59,7 +59,8 @@ class Progress:
                 self._clear()
             if kind is None:
                 took = time.monotonic() - self._began
-                self._write(f"{self.title}: {_count(self.total)} done in {_clock(took)}{self._note}\n")
+                many = "" if self.total == 1 else f"{_count(self.total)} "
+                self._write(f"{self.title}: {many}done in {_clock(took)}{self._note}\n")
             elif self._terminal:
                 self._write("\n")
 
@@ -91,7 +92,8 @@ class Progress:
 
     def _draw(self) -> None:
         part = self.done / self.total
-        text = f"{_count(self.done)}/{_count(self.total)}{self._left()}{self._note}"
+        done = f"{100 * part:.0f} %" if self.total == 1 else f"{_count(self.done)}/{_count(self.total)}"
+        text = f"{done}{self._left()}{self._note}"
         if not self._terminal:
             self._write(f"{self.title}: {text}\n")
             return
