@@ -36,13 +36,13 @@ static int check_search(const struct srnf_sht *sht, const double *field, double 
 
 int registration_to_field(const struct srnf_sht *sht, const double *field, double norm2,
                           const double *moving, const struct srnf_register_options *options,
-                          const struct srnf_landmarks *landmarks,
+                          const struct srnf_landmarks *landmarks, struct tabulated_tools *tools,
                           const struct srnf_context *context, double rotation[9],
                           struct srnf_warp *warp, struct srnf_error *error)
 {
     struct search_result found = {.iterations = 0};
     struct landmark_search guide = {.worst = 0};
-    struct tabulated_tools *tools;
+    struct tabulated_tools *own = NULL;
     struct search search;
     int status = check_search(sht, field, norm2, moving, options, error);
 
@@ -50,7 +50,9 @@ int registration_to_field(const struct srnf_sht *sht, const double *field, doubl
     if (status) {
         return status;
     }
-    tools = tools_create();
+    if (!tools) {
+        tools = own = tools_create();
+    }
     status = tools ? search_create(&search, sht, field, NULL, moving, options, NULL, tools, context)
                    : SRNF_ENOMEM;
     if (status == SRNF_OK) {
@@ -65,7 +67,7 @@ int registration_to_field(const struct srnf_sht *sht, const double *field, doubl
         status = search_run(&search, &found);
         search_clear(&search);
     }
-    tools_destroy(tools);
+    tools_destroy(own);
     status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
     if (status == SRNF_OK) {
         *warp = found.warp.chain;
@@ -84,8 +86,8 @@ int srnf_register_to_field(const struct srnf_sht *sht, const double *field, doub
                            const struct srnf_context *context, double rotation[9],
                            struct srnf_warp *warp, struct srnf_error *error)
 {
-    return registration_to_field(sht, field, norm2, moving, options, NULL, context, rotation, warp,
-                                 error);
+    return registration_to_field(sht, field, norm2, moving, options, NULL, NULL, context, rotation,
+                                 warp, error);
 }
 
 int srnf_register_to_field_landmarks(const struct srnf_sht *sht, const double *field, double norm2,
@@ -104,8 +106,8 @@ int srnf_register_to_field_landmarks(const struct srnf_sht *sht, const double *f
         status = srnf_landmarks_check(landmarks, options->degree, error);
     }
     return status ? status
-                  : registration_to_field(sht, field, norm2, moving, options, landmarks, context,
-                                          rotation, warp, error);
+                  : registration_to_field(sht, field, norm2, moving, options, landmarks, NULL,
+                                          context, rotation, warp, error);
 }
 
 /* A vector turned by O. */

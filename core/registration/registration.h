@@ -328,9 +328,11 @@ enum srnf_register_stop registration_worse_stop(enum srnf_register_stop a,
 SRNF_CHECKED int registration_check(const struct srnf_register_options *options,
                                     struct srnf_error *error);
 /* What belongs to one surface of a pair alone, for all registrations with these options that it
-   takes part in (subject.c). *subject: NULL where they ask for nothing; context: of this call. */
+   takes part in (subject.c). *subject: NULL where they ask for nothing; tools: of the thread, or
+   NULL; context: of this call. */
 SRNF_CHECKED int registration_subject(const struct srnf_sht *sht, const double *surface,
                                       const struct srnf_register_options *options,
+                                      struct tabulated_tools *tools,
                                       const struct srnf_context *context, struct subject **subject);
 void registration_subject_destroy(struct subject *subject);
 /* Bytes of one, at most. */
@@ -346,11 +348,12 @@ SRNF_CHECKED int registration_distance(const struct srnf_sht *sht, const double 
                                        const struct srnf_context *context, double *distance,
                                        struct srnf_error *error);
 /* srnf_register_to_field, guided by landmarks, whose fixed points are those of the field; or NULL.
-   SRNF_EUNMATCHED: as srnf_register_landmarks. */
+   tools: of the thread, or NULL. SRNF_EUNMATCHED: as srnf_register_landmarks. */
 SRNF_CHECKED int registration_to_field(const struct srnf_sht *sht, const double *field,
                                        double norm2, const double *moving,
                                        const struct srnf_register_options *options,
                                        const struct srnf_landmarks *landmarks,
+                                       struct tabulated_tools *tools,
                                        const struct srnf_context *context, double rotation[9],
                                        struct srnf_warp *warp, struct srnf_error *error);
 /* A surface as it is registered by a chain: gamma [n][3] and J [n] at the nodes of the grid of sht,

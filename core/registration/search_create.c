@@ -54,7 +54,9 @@ static int fine_field(const struct search *s, const struct srnf_sht *sht, const 
     int status = tools_transform(s->tools, degree, nodes, fine);
 
     if (status == SRNF_OK && !template_surface) {
-        status = srnf_sht_create(&own, degree, grid->kind, grid->n_theta, grid->n_phi);
+        const struct nodes_of given = {grid->kind, grid->n_theta, grid->n_phi};
+
+        status = tools_transform(s->tools, degree, &given, &own);
     }
     if (status == SRNF_OK) {
         workspace =
@@ -71,7 +73,7 @@ static int fine_field(const struct search *s, const struct srnf_sht *sht, const 
     }
     srnf_free(workspace);
     srnf_free(c);
-    srnf_sht_destroy(own);
+    tools_return_transform(s->tools, own);
     return status;
 }
 
@@ -115,7 +117,7 @@ static int own_subject(struct search *s, const double *moving)
     int status = SRNF_OK;
 
     if (!s->subject) {
-        status = registration_subject(s->sht, moving, s->options, s->context, &s->own);
+        status = registration_subject(s->sht, moving, s->options, s->tools, s->context, &s->own);
         s->subject = s->own;
     }
     return status;

@@ -44,7 +44,8 @@ bool subject_is_read(const struct srnf_register_options *options)
 }
 
 int subject_create(struct subject *s, const struct srnf_sht *sht, const double *coefficients,
-                   const struct srnf_register_options *options, const struct srnf_context *context)
+                   const struct srnf_register_options *options, struct tabulated_tools *tools,
+                   const struct srnf_context *context)
 {
     size_t degree = srnf_sht_degree(sht);
     bool still = options->common_pose || options->start == SRNF_START_IDENTITY;
@@ -53,12 +54,12 @@ int subject_create(struct subject *s, const struct srnf_sht *sht, const double *
     *s = (struct subject){.top = options->degree < MATRIX_DEGREE ? options->degree : MATRIX_DEGREE};
     if (options->reparameterization || !still) {
         status = tabulated_moving_create(&s->full, options->representation, degree, coefficients,
-                                         degree, FULL_ORDER, FULL_FINENESS);
+                                         degree, FULL_ORDER, FULL_FINENESS, tools);
     }
     for (size_t k = still ? TOURNAMENT_STILL : 0; k < TOURNAMENT_ROUNDS && status == SRNF_OK; k++) {
         status = tabulated_moving_create(&s->rounds[k], options->representation, degree,
                                          coefficients, tournament_round(k, degree).surface,
-                                         ROUND_ORDER, ROUND_FINENESS);
+                                         ROUND_ORDER, ROUND_FINENESS, tools);
     }
     if (status == SRNF_OK && !still) {
         status = screen_series(s, options->representation, sht, coefficients);
@@ -96,7 +97,7 @@ double registration_subject_bytes(size_t degree)
 }
 
 int registration_subject(const struct srnf_sht *sht, const double *surface,
-                         const struct srnf_register_options *options,
+                         const struct srnf_register_options *options, struct tabulated_tools *tools,
                          const struct srnf_context *context, struct subject **out)
 {
     int status;
@@ -109,7 +110,7 @@ int registration_subject(const struct srnf_sht *sht, const double *surface,
     if (!*out) {
         return SRNF_ENOMEM;
     }
-    status = subject_create(*out, sht, surface, options, context);
+    status = subject_create(*out, sht, surface, options, tools, context);
     if (status) {
         srnf_free(*out);
         *out = NULL;

@@ -18,6 +18,8 @@
 #include "harmonics/spline.h"
 #include "registration.h"
 
+#include <stdatomic.h>
+
 /* ---- The moving surface (tabulated_moving.c) ------------------------------------------------ */
 
 struct tabulated_moving {
@@ -29,11 +31,12 @@ struct tabulated_moving {
     struct sphere_spline carried;  /* then sqrt(J) gamma */
 };
 /* Cut to `degree`, if that is lower than from_degree. order: of the splines; fineness: rows a
-   degree of n, 1 at least. */
+   degree of n, 1 at least. tools: of the thread, or NULL. */
 SRNF_CHECKED int tabulated_moving_create(struct tabulated_moving *moving,
                                          enum srnf_representation representation,
                                          size_t from_degree, const double *coefficients,
-                                         size_t degree, size_t order, double fineness);
+                                         size_t degree, size_t order, double fineness,
+                                         struct tabulated_tools *tools);
 /* f o gamma for a chain of rotations and steps, which penalties still see: where points are taken
    by further steps in its domain, they are measured at the points of both. (tabulated_pull.c) */
 SRNF_CHECKED int tabulated_moving_pull(struct tabulated_moving *moving,
@@ -143,9 +146,10 @@ void tabulated_fields_potentials(const struct tabulated_fields *fields, const do
 
 /* Of one thread. What goes beyond is not kept, and neither are higher degrees. */
 #define TOOLS_FIELDS ((size_t)24)
-#define TOOLS_TRANSFORMS ((size_t)12)
+#define TOOLS_TRANSFORMS ((size_t)20)
 #define TOOLS_DEGREE ((size_t)32)
 struct tabulated_tools {
+    size_t place; /* in its pool */
     size_t n_fields, n_transforms;
     struct tabulated_fields fields[TOOLS_FIELDS];
     struct srnf_sht *transforms[TOOLS_TRANSFORMS];
@@ -161,6 +165,21 @@ void tools_return_fields(struct tabulated_tools *tools, struct tabulated_fields 
 SRNF_CHECKED int tools_transform(struct tabulated_tools *tools, size_t degree,
                                  const struct nodes_of *nodes, struct srnf_sht **sht);
 void tools_return_transform(struct tabulated_tools *tools, struct srnf_sht *sht);
+
+/* Those of the threads of one job. */
+#define TOOLS_PLACES ((size_t)32)
+struct tools_place {
+    atomic_flag taken;
+    struct tabulated_tools *tools;
+};
+struct tools_pool {
+    struct tools_place places[TOOLS_PLACES];
+};
+void tools_pool_open(struct tools_pool *pool);
+void tools_pool_clear(struct tools_pool *pool);
+/* Some that no other thread has, to be given back; NULL: all are taken. */
+SRNF_CHECKED int tools_take(struct tools_pool *pool, struct tabulated_tools **tools);
+void tools_give_back(struct tools_pool *pool, const struct tabulated_tools *tools);
 
 /* ---- Steps to rounding (tabulated_follow.c) -------------------------------------------------- */
 

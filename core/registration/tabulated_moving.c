@@ -51,10 +51,11 @@ size_t tabulated_moving_rows(size_t degree, double fineness)
 
 int tabulated_moving_create(struct tabulated_moving *m, enum srnf_representation representation,
                             size_t from_degree, const double *coefficients, size_t degree,
-                            size_t order, double fineness)
+                            size_t order, double fineness, struct tabulated_tools *tools)
 {
     size_t from = srnf_coefficient_count(from_degree);
     size_t count, rows, n;
+    struct nodes_of nodes;
     struct srnf_sht *sht = NULL;
     double *memory = NULL;
     void *workspace = NULL;
@@ -65,7 +66,8 @@ int tabulated_moving_create(struct tabulated_moving *m, enum srnf_representation
     rows = tabulated_moving_rows(degree, fineness);
     *m = (struct tabulated_moving){.representation = representation, .degree = degree};
     n = (rows + 1) * 2 * rows;
-    status = srnf_sht_create(&sht, degree, SRNF_GRID_EQUIANGULAR, rows + 1, 2 * rows);
+    nodes = (struct nodes_of){SRNF_GRID_EQUIANGULAR, rows + 1, 2 * rows};
+    status = tools_transform(tools, degree, &nodes, &sht);
     status = status ? status : sphere_spline_create(&m->normal, order, rows);
     if (status == SRNF_OK && representation == SRNF_REPRESENTATION_SRM) {
         status = sphere_spline_create(&m->position, order, rows);
@@ -91,7 +93,7 @@ int tabulated_moving_create(struct tabulated_moving *m, enum srnf_representation
     }
     srnf_free(workspace);
     srnf_free(memory);
-    srnf_sht_destroy(sht);
+    tools_return_transform(tools, sht);
     return status;
 }
 

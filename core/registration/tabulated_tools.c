@@ -75,3 +75,47 @@ void tools_destroy(struct tabulated_tools *tools)
     }
     srnf_free(tools);
 }
+
+void tools_pool_open(struct tools_pool *pool)
+{
+    for (size_t k = 0; k < TOOLS_PLACES; k++) {
+        atomic_flag_clear(&pool->places[k].taken);
+        pool->places[k].tools = NULL;
+    }
+}
+
+void tools_pool_clear(struct tools_pool *pool)
+{
+    for (size_t k = 0; k < TOOLS_PLACES; k++) {
+        tools_destroy(pool->places[k].tools);
+        pool->places[k].tools = NULL;
+    }
+}
+
+int tools_take(struct tools_pool *pool, struct tabulated_tools **tools)
+{
+    *tools = NULL;
+    for (size_t k = 0; k < TOOLS_PLACES; k++) {
+        struct tools_place *place = &pool->places[k];
+
+        if (atomic_flag_test_and_set_explicit(&place->taken, memory_order_acquire)) {
+            continue;
+        }
+        place->tools = place->tools ? place->tools : tools_create();
+        if (!place->tools) {
+            atomic_flag_clear_explicit(&place->taken, memory_order_release);
+            return SRNF_ENOMEM;
+        }
+        place->tools->place = k;
+        *tools = place->tools;
+        break;
+    }
+    return SRNF_OK;
+}
+
+void tools_give_back(struct tools_pool *pool, const struct tabulated_tools *tools)
+{
+    if (tools) {
+        atomic_flag_clear_explicit(&pool->places[tools->place].taken, memory_order_release);
+    }
+}

@@ -35,7 +35,7 @@ struct subject {
 SRNF_CHECKED int subject_create(struct subject *subject, const struct srnf_sht *sht,
                                 const double *coefficients,
                                 const struct srnf_register_options *options,
-                                const struct srnf_context *context);
+                                struct tabulated_tools *tools, const struct srnf_context *context);
 void subject_clear(struct subject *subject);
 /* Whether a search with these options reads any of it. */
 bool subject_is_read(const struct srnf_register_options *options);

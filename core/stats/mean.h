@@ -124,6 +124,7 @@ struct mean_run {
     double *reference;           /* [P][3] sqrt(K) d */
     struct tabulated_target aim; /* target and centre as mean_aim has seen them */
     struct mean_place *places;   /* [MEAN_PLACES] */
+    struct tools_pool *pool;     /* for searches and tables */
     struct srnf_sht *analysis, *view; /* of the mean; see mean_change.c */
     double *centred, *old_centred;    /* [3][n_theta][n_phi] of view */
     struct mean_subject *subjects;    /* [n] */

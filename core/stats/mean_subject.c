@@ -69,6 +69,7 @@ int mean_register(const struct mean_run *run, size_t i, const struct srnf_contex
         guided ? mean_landmarks_of(run, i) : (struct srnf_landmarks){.n = 0};
     struct srnf_warp warp = {0}, recalled = {0};
     struct srnf_error why = {0};
+    struct tabulated_tools *tools;
     double rotation[9];
     int status;
 
@@ -80,9 +81,13 @@ int mean_register(const struct mean_run *run, size_t i, const struct srnf_contex
         }
         return mean_chain_set(run, i, &recalled);
     }
-    status = registration_to_field(run->work, run->mean_q, run->norm2, run->surfaces[i],
-                                   &run->registration, guided ? &landmarks : NULL, context,
-                                   rotation, &warp, &why);
+    status = tools_take(run->pool, &tools);
+    if (status == SRNF_OK) {
+        status = registration_to_field(run->work, run->mean_q, run->norm2, run->surfaces[i],
+                                       &run->registration, guided ? &landmarks : NULL, tools,
+                                       context, rotation, &warp, &why);
+    }
+    tools_give_back(run->pool, tools);
     if (status) {
         return mean_register_failed(i, status, &why, error);
     }
@@ -163,7 +168,13 @@ static int follow(const struct mean_run *run, const struct srnf_warp *chain, siz
         points->jacobian[k] = 1.0;
     }
     if (first.n_links > 0) {
-        status = cloud_follow(&cloud, &first, &follow_table, NULL, run->context);
+        struct tabulated_tools *tools;
+
+        status = tools_take(run->pool, &tools);
+        if (status == SRNF_OK) {
+            status = cloud_follow(&cloud, &first, &follow_table, tools, run->context);
+        }
+        tools_give_back(run->pool, tools);
     }
     if (status == SRNF_OK && rest.n_links > 0) {
         status = follow_directly(run, &rest, points);

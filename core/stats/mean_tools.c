@@ -170,8 +170,15 @@ static int create_tools(const struct mean_run *run, size_t i, bool matrix, struc
     if (run->registration.exact) {
         status = create_exact(run, i, matrix, tools);
     } else {
-        status = tabulated_moving_create(&tools->table, SRNF_REPRESENTATION_SRNF, degree,
-                                         run->surfaces[i], degree, TABLE_ORDER, TABLE_FINENESS);
+        struct tabulated_tools *kept;
+
+        status = tools_take(run->pool, &kept);
+        if (status == SRNF_OK) {
+            status = tabulated_moving_create(&tools->table, SRNF_REPRESENTATION_SRNF, degree,
+                                             run->surfaces[i], degree, TABLE_ORDER, TABLE_FINENESS,
+                                             kept);
+        }
+        tools_give_back(run->pool, kept);
         if (status == SRNF_OK && matrix) {
             status = matrix_create(run, &tools->table, &tools->matrix);
         }
@@ -216,7 +223,11 @@ int mean_places_create(struct mean_run *run)
     for (size_t k = 0; run->places && k < MEAN_PLACES; k++) {
         atomic_flag_clear(&run->places[k].taken);
     }
-    return run->places ? SRNF_OK : SRNF_ENOMEM;
+    run->pool = srnf_alloc(1, sizeof *run->pool);
+    if (run->pool) {
+        tools_pool_open(run->pool);
+    }
+    return run->places && run->pool ? SRNF_OK : SRNF_ENOMEM;
 }
 
 static void clear_place(struct mean_place *place)
@@ -231,8 +242,13 @@ void mean_places_clear(struct mean_run *run)
     for (size_t k = 0; run->places && k < MEAN_PLACES; k++) {
         clear_place(&run->places[k]);
     }
+    if (run->pool) {
+        tools_pool_clear(run->pool);
+    }
     srnf_free(run->places);
+    srnf_free(run->pool);
     run->places = NULL;
+    run->pool = NULL;
 }
 
 /* What is in it, unless it is there. */

@@ -11,23 +11,15 @@
 #include "registration/tabulated.h"
 #include "stats.h"
 
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define SUBJECTS_BYTES 6.4e7
-#define PLACES ((size_t)32)      /* threads that keep their tools, at most */
 #define SUBJECTS_MIN ((size_t)2) /* what a pair needs */
 
 struct item {
     size_t tile;  /* of both surfaces */
     size_t index; /* of the pair */
-};
-
-/* Tools of one thread at a time. */
-struct place {
-    atomic_flag taken;
-    struct tabulated_tools *tools;
 };
 
 struct run {
@@ -39,7 +31,7 @@ struct run {
     size_t *wanted;            /* [n] by the chunk of that number */
     size_t *missing;           /* [n] surfaces to be prepared */
     size_t first, last, chunk; /* items of the chunk, and its number */
-    struct place places[PLACES];
+    struct tools_pool pool;
 };
 
 static size_t subjects_held(size_t n, size_t degree)
@@ -126,9 +118,14 @@ static int prepare_one(void *argument, size_t index, const struct srnf_context *
 {
     struct run *run = argument;
     size_t i = run->missing[index];
-    int status = registration_subject(run->asked->sht, run->asked->surfaces[i], run->asked->options,
-                                      context, &run->subjects[i]);
+    struct tabulated_tools *tools;
+    int status = tools_take(&run->pool, &tools);
 
+    if (status == SRNF_OK) {
+        status = registration_subject(run->asked->sht, run->asked->surfaces[i], run->asked->options,
+                                      tools, context, &run->subjects[i]);
+    }
+    tools_give_back(&run->pool, tools);
     return status ? srnf_fail(error, status, -1, "%s", srnf_strerror(status)) : SRNF_OK;
 }
 
@@ -148,46 +145,25 @@ static int prepare(struct run *run, const struct srnf_context *context, struct s
     return stats_run(context, count, prepare_one, run, (struct stats_progress){0}, error);
 }
 
-/* NULL: all are taken. */
-static struct place *take_place(struct run *run)
-{
-    for (size_t k = 0; k < PLACES; k++) {
-        struct place *place = &run->places[k];
-
-        if (!atomic_flag_test_and_set_explicit(&place->taken, memory_order_acquire)) {
-            place->tools = place->tools ? place->tools : tools_create();
-            return place;
-        }
-    }
-    return NULL;
-}
-
-static void leave_place(struct place *place)
-{
-    if (place) {
-        atomic_flag_clear_explicit(&place->taken, memory_order_release);
-    }
-}
-
 static int measure_one(void *argument, size_t index, const struct srnf_context *context,
                        struct srnf_error *error)
 {
     struct run *run = argument;
     const struct stats_registered *asked = run->asked;
     size_t pair = run->items[run->first + index].index;
-    struct place *place = take_place(run);
+    struct tabulated_tools *tools;
     double distance = 0.0;
     size_t i, j;
     int status;
 
+    if (tools_take(&run->pool, &tools)) {
+        return stats_fail(error, SRNF_ENOMEM, NULL);
+    }
     stats_pair(pair, &i, &j);
     status =
-        place && !place->tools
-            ? stats_fail(error, SRNF_ENOMEM, NULL)
-            : registration_distance(asked->sht, asked->surfaces[i], asked->surfaces[j],
-                                    run->subjects[i], run->subjects[j], place ? place->tools : NULL,
-                                    asked->options, context, &distance, error);
-    leave_place(place);
+        registration_distance(asked->sht, asked->surfaces[i], asked->surfaces[j], run->subjects[i],
+                              run->subjects[j], tools, asked->options, context, &distance, error);
+    tools_give_back(&run->pool, tools);
     if (status >= 0) {
         stats_keep(context, asked->series, pair, 1, &distance);
     }
@@ -234,9 +210,7 @@ int stats_registered_distances(const struct stats_registered *asked, size_t coun
                      ? SRNF_OK
                      : stats_fail(error, SRNF_ENOMEM, NULL);
 
-    for (size_t k = 0; k < PLACES; k++) {
-        atomic_flag_clear(&run.places[k].taken);
-    }
+    tools_pool_open(&run.pool);
     if (status == SRNF_OK) {
         size_t left = list_items(&run, count, pairs, context);
 
@@ -247,9 +221,7 @@ int stats_registered_distances(const struct stats_registered *asked, size_t coun
     for (size_t i = 0; run.subjects && i < n; i++) {
         registration_subject_destroy(run.subjects[i]);
     }
-    for (size_t k = 0; k < PLACES; k++) {
-        tools_destroy(run.places[k].tools);
-    }
+    tools_pool_clear(&run.pool);
     srnf_free(run.items);
     srnf_free(run.subjects);
     srnf_free(run.wanted);

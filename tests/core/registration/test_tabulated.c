@@ -76,9 +76,9 @@ static void open_bench(struct bench *t, enum srnf_representation representation,
     assert_int_equal(level_create(&t->level, &t->problem, FIELDS), SRNF_OK);
     registration_objective(&t->problem, &t->warp, &t->samples, t->displacement);
     assert_int_equal(tabulated_target_create(&t->target, &t->problem.target), SRNF_OK);
-    assert_int_equal(
-        tabulated_moving_create(&t->table, representation, DEGREE, t->b.f, DEGREE, order, fineness),
-        SRNF_OK);
+    assert_int_equal(tabulated_moving_create(&t->table, representation, DEGREE, t->b.f, DEGREE,
+                                             order, fineness, NULL),
+                     SRNF_OK);
     t->tabulated = (struct tabulated_problem){&t->target, &t->table, penalty, free_rotation};
     assert_int_equal(cloud_create(&t->cloud, t->target.n), SRNF_OK);
     cloud_rotate(&t->cloud, &t->target, (const double[]){1, 0, 0, 0, 1, 0, 0, 0, 1});
