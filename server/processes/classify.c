@@ -317,7 +317,17 @@ static int compute(struct jobs_run *run, const struct classify *classify,
     status = srnf_classify_by_methods(sht, &asked, jobs_run_context(run), answer->results,
                                       answer->typicality, answer->pairs, &step, &error);
     jobs_transform_release(jobs, sht);
-    return status ? compute_fail(result, status, &error, step) : 0;
+    status = status ? compute_fail(result, status, &error, step) : 0;
+    if (status == SRNF_ENUMERIC) {
+        const struct classify_constants constants = {.covariates = classify->covariates,
+                                                     .n = classify->group.n,
+                                                     .numbers = answer->features,
+                                                     .labels = answer->classes.labels,
+                                                     .subjects = classify->group.subjects};
+
+        classify_name_constant(&constants, &error, result);
+    }
+    return status;
 }
 
 static json_t *run_classify(struct jobs_run *run, const void *typed, struct jobs_result *result)

@@ -67,14 +67,19 @@ void classify_set_covariates(struct process_inputs *given);
 /* Whether so many numbers count beside shape at most as classifiers take; a problem otherwise. */
 bool classify_check_count(struct process_inputs *given, size_t numbers);
 json_t *classify_number_names(bool with_size, const json_t *parts, const json_t *covariates);
-/*
- * After SRNF_ENUMERIC: names in the problem of a result the first of the covariates that is the
- * same in all members of each class, and so makes covariances singular.
- *   numbers  [in] [n][sizes and covariates] of classify_numbers
- *   labels   [in] [n]
- */
-void classify_name_constant(const json_t *covariates, size_t sizes, size_t n, const double *numbers,
-                            const size_t *labels, struct jobs_result *result);
+/* The numbers that count beside shape, and the labels they are to tell. */
+struct classify_constants {
+    const json_t *covariates;
+    size_t sizes, n;
+    const double *numbers;  /* [n][sizes and covariates] as of classify_numbers */
+    const size_t *labels;   /* [n] */
+    const size_t *subjects; /* [n], or NULL: each member is one of its own */
+};
+/* After SRNF_ENUMERIC: names in the problem of a result the first of the covariates that is the
+   same in all members of each class, and so makes covariances singular; where the error names a
+   member, also without its subject, which the fold leaves out. */
+void classify_name_constant(const struct classify_constants *in, const struct srnf_error *error,
+                            struct jobs_result *result);
 /*
  * [n][of these] logs of sizes and the covariates, of members that are loaded, part after part.
  *   n        [in]  subjects: the members of each part

@@ -85,36 +85,51 @@ int classify_numbers(struct jobs_run *run, const struct srnf_sht *sht,
     return status;
 }
 
-/* Whether number k of `count` is the same in all members of each class. */
-static bool is_constant(size_t n, const double *numbers, size_t count, size_t k,
-                        const size_t *labels)
+/* Whether member i is of the subject of member `out`. */
+static bool is_left_out(const struct classify_constants *in, size_t i, size_t out)
 {
-    for (size_t i = 0; i < n; i++) {
+    return out < in->n && (in->subjects ? in->subjects[i] == in->subjects[out] : i == out);
+}
+
+/* Whether number k of `count` is the same in all members of each class but those of the subject
+   left out: of those, the member with number `out`, or n of none. */
+static bool is_constant(const struct classify_constants *in, size_t count, size_t k, size_t out)
+{
+    for (size_t i = 0; i < in->n; i++) {
         size_t first = 0;
 
-        while (labels[first] != labels[i]) {
+        if (is_left_out(in, i, out)) {
+            continue;
+        }
+        while (in->labels[first] != in->labels[i] || is_left_out(in, first, out)) {
             first++;
         }
-        if (numbers[i * count + k] < numbers[first * count + k] ||
-            numbers[i * count + k] > numbers[first * count + k]) {
+        if (in->numbers[i * count + k] < in->numbers[first * count + k] ||
+            in->numbers[i * count + k] > in->numbers[first * count + k]) {
             return false;
         }
     }
     return true;
 }
 
-void classify_name_constant(const json_t *covariates, size_t sizes, size_t n, const double *numbers,
-                            const size_t *labels, struct jobs_result *result)
+void classify_name_constant(const struct classify_constants *in, const struct srnf_error *error,
+                            struct jobs_result *result)
 {
-    size_t count = sizes + json_array_size(covariates), length = strlen(result->problem_detail);
+    size_t count = in->sizes + json_array_size(in->covariates);
+    size_t length = strlen(result->problem_detail);
+    size_t out =
+        error->element >= 0 && (size_t)error->element < in->n ? (size_t)error->element : in->n;
 
-    for (size_t k = sizes; numbers && k < count; k++) {
-        if (is_constant(n, numbers, count, k, labels)) {
+    for (size_t k = in->sizes; in->numbers && k < count; k++) {
+        bool all = is_constant(in, count, k, in->n);
+
+        if (all || is_constant(in, count, k, out)) {
             (void)snprintf(result->problem_detail + length, sizeof result->problem_detail - length,
-                           ". \"%.60s\" is the same in all members of each label, so that it does "
-                           "not vary within them and tells the label by itself: leave it out of "
-                           "covariates, or take the method srnf-nn",
-                           json_string_value(json_array_get(covariates, k - sizes)));
+                           ". \"%.60s\" is the same in all members of each label%s, so that it "
+                           "does not vary within them and tells the label by itself: leave it out "
+                           "of covariates, or take the method srnf-nn",
+                           json_string_value(json_array_get(in->covariates, k - in->sizes)),
+                           all ? "" : " but that subject");
             return;
         }
     }

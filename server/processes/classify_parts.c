@@ -294,9 +294,19 @@ static int run_all(struct jobs_run *run, const struct classify_parts *asked,
     status = status ? status : compute(run, asked, sht, positions, answer, alone, &error);
     jobs_transform_release(jobs, sht);
     answer->asked.classifier.features = NULL;
+    status = status ? compute_fail(result, status, &error, "classifying the subjects") : 0;
+    if (status == SRNF_ENUMERIC) {
+        const struct classify_constants constants = {.covariates = asked->covariates,
+                                                     .sizes = sizes,
+                                                     .n = asked->parts.n,
+                                                     .numbers = features,
+                                                     .labels = answer->classes.labels};
+
+        classify_name_constant(&constants, &error, result);
+    }
     srnf_free(features);
     srnf_free(positions);
-    return status ? compute_fail(result, status, &error, "classifying the subjects") : 0;
+    return status;
 }
 
 static json_t *run_classify_parts(struct jobs_run *run, const void *typed,

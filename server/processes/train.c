@@ -221,8 +221,14 @@ static int compute(struct jobs_run *run, const struct train *train, struct train
     jobs_transform_release(jobs_run_jobs(run), sht);
     status = status ? compute_fail(result, status, &error, "training the classifier") : 0;
     if (status == SRNF_ENUMERIC) {
-        classify_name_constant(train->covariates, train->scale ? answer->n_parts : 0, answer->n,
-                               answer->numbers, answer->classes.labels, result);
+        const struct classify_constants constants = {.covariates = train->covariates,
+                                                     .sizes = train->scale ? answer->n_parts : 0,
+                                                     .n = answer->n,
+                                                     .numbers = answer->numbers,
+                                                     .labels = answer->classes.labels};
+
+        error.element = -1; /* of an inner fold */
+        classify_name_constant(&constants, &error, result);
     }
     return status;
 }

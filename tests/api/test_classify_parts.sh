@@ -158,7 +158,12 @@ refused . '/inputs/weights' ',"weights":{"third":1}'
 
 classify both ',"covariates":["kind"],"covariance":"pooled","components":1'
 isnt "$STATUS" 200 'a covariate that is the label has no variance within classes'
-like "$(json .detail)" 'covariance of 2 features, sizes and covariates .1. counted, is singular in the fold' 'and is told as one'
+like "$(json .detail)" 'covariance of 2 features, sizes and covariates .1. counted, is singular in the fold .*"kind" is the same in all members of each label, ' \
+    'and is told by its name'
+cohort one '[.[] | select(.covariates.part == "first")] | .[2].covariates.kind = 1'
+classify one ',"covariates":["age","kind"],"covariance":"pooled","components":1,"refit":"shared"' classify
+like "$STATUS $(json .code) $(json .detail)" '422 numerical-failure .*fold of subject 2: .*"kind" is the same in all members of each label but that subject, ' \
+    'as is one that is so in a fold'
 
 stop_server || not_ok 'the server ends well'
 done_testing
