@@ -46,6 +46,7 @@
 
 #define FREEDOM_MIN 3.0
 #define ROUNDING 1e-9
+#define SAME 1e-14     /* of squares: an estimate without noise, or noise without an estimate */
 #define CERTAIN 1e-9   /* 1 - h of a subject whose value the model fixes */
 #define POWER_MIN 0.25 /* of h: a law whose noise is far from its square has no better power */
 #define RATIO_POWER_MIN (-0.75)
@@ -156,7 +157,7 @@ void intervals_variance(const struct intervals *of, double value, double interva
     double freedom = (double)of->n - (double)of->count;
     double differ = 0.0;
 
-    interval[0] = interval[1] = freedom >= FREEDOM_MIN ? value : (double)NAN;
+    interval[0] = interval[1] = NAN;
     if (!(freedom >= FREEDOM_MIN) || !(value > 0.0)) {
         return;
     }
@@ -260,7 +261,8 @@ static void take_residuals(const struct intervals *of, const double *along, doub
     }
 }
 
-/* false: the data do not tell. */
+/* false: the data do not tell. No one draws subjects that are equal, or means that are: they are
+   one that is given twice. */
 static bool measure(const struct intervals *of, const double *weights, const double *along,
                     double square, struct noise *noise)
 {
@@ -285,6 +287,9 @@ static bool measure(const struct intervals *of, const double *weights, const dou
     if (!(noise->freedom >= FREEDOM_MIN * (1.0 - ROUNDING)) || !isfinite(noise->trace)) {
         return false;
     }
+    if (!(noise->trace > SAME * square && square > SAME * noise->trace)) {
+        return false;
+    }
     noise->squares = noise->trace * noise->trace *
                      fmax(alike(noise->trace, squares_of_noise(of, a), noise->freedom),
                           alike(all, squares_of_noise(of, NULL), (double)(n - of->count)));
@@ -300,38 +305,32 @@ void intervals_norm(const struct intervals *of, const double *weights, const dou
                     double square, double interval[2])
 {
     struct noise noise;
+    double normal;
 
     interval[0] = interval[1] = NAN;
     if (!isfinite(square) || !measure(of, weights, along, square, &noise)) {
         return;
     }
-    interval[0] = interval[1] = sqrt(square);
     noise.taken = 1.0 / noise.freedom;
     noise.doubt = 0.0;
-    if (noise.trace > ROUNDING * ROUNDING * square) {
-        double normal = subjects_student(noise.freedom);
-
-        interval[0] = fmin(sqrt(invert(&noise, square, normal)), interval[0]);
-        interval[1] = fmax(sqrt(invert(&noise, square, -normal)), interval[1]);
-    }
+    normal = subjects_student(noise.freedom);
+    interval[0] = sqrt(fmin(invert(&noise, square, normal), square));
+    interval[1] = sqrt(fmax(invert(&noise, square, -normal), square));
 }
 
 void intervals_ratio(const struct intervals *of, const double *weights, const double *along,
                      double square, double interval[2])
 {
     struct noise noise;
+    double normal;
 
     interval[0] = interval[1] = NAN;
     if (!isfinite(square) || !measure(of, weights, along, square, &noise)) {
         return;
     }
-    interval[0] = interval[1] = square > 0.0 ? (double)INFINITY : 0.0;
     noise.taken = 0.0;
     noise.doubt = 2.0 * noise.squares / (noise.trace * noise.trace * noise.freedom);
-    if (noise.trace > ROUNDING * ROUNDING * square) {
-        double normal = subjects_student(noise.freedom);
-
-        interval[0] = invert(&noise, square, normal) / noise.trace;
-        interval[1] = invert(&noise, square, -normal) / noise.trace;
-    }
+    normal = subjects_student(noise.freedom);
+    interval[0] = invert(&noise, square, normal) / noise.trace;
+    interval[1] = invert(&noise, square, -normal) / noise.trace;
 }

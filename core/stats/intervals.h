@@ -27,17 +27,17 @@ void intervals_close(struct intervals *of);
  *   along     [in]  [n] products <y_i, b>, y as for intervals_open
  *   square    [in]  |b|^2
  *   interval  [out] holds |b|, not negative; NAN where fewer than 3 degrees of freedom tell how far
- *                   b is known
+ *                   b is known, and where subjects, or what b compares, are equal but for rounding
  */
 void intervals_norm(const struct intervals *of, const double *weights, const double *along,
                     double square, double interval[2]);
 
 /* The same of the ratio of the square of that norm to tr C, the mean square of what noise adds to
-   it; not extended to hold |b|^2 over tr C, which is too large. INFINITY without noise. */
+   it; not extended to hold |b|^2 over tr C, which is too large. */
 void intervals_ratio(const struct intervals *of, const double *weights, const double *along,
                      double square, double interval[2]);
 
-/* The same of the residual variance, value; NAN with fewer than 3 degrees of freedom. */
+/* The same of the residual variance, value; NAN with fewer than 3 degrees of freedom, and of 0. */
 void intervals_variance(const struct intervals *of, double value, double interval[2]);
 
 /* The same from what is known otherwise: squares, tr M^2 over (tr M)^2 of the products M of the

@@ -74,6 +74,10 @@ void paired_estimate(struct srnf_estimate *to, double value, bool root, size_t n
     double ends[2];
     double half = 0.5 * (1.0 - LEVEL);
 
+    if (!(value > 0.0)) {
+        *to = (struct srnf_estimate){.value = value, .interval = {NAN, NAN}};
+        return;
+    }
     stats_sort(n, drawn);
     for (size_t k = 0; k < 2; k++) {
         double q = quantile(n, drawn, k ? half : 1.0 - half);
@@ -125,7 +129,7 @@ static int find_norm(const struct paired_run *run, const double *products, doubl
     if (status == SRNF_OK && share) {
         intervals_ratio(&intervals, mean, along, norm * norm, share);
         for (size_t k = 0; k < 2; k++) {
-            share[k] = isinf(share[k]) ? 1.0 : share[k] / (share[k] + sum);
+            share[k] /= share[k] + sum;
         }
     }
     intervals_close(&intervals);

@@ -71,7 +71,7 @@ static void draw(const struct measured_run *run, const double *counts, double *s
 /* V from a mean square of interaction; and the share of V from F. */
 static double root_of_excess(double excess, double w)
 {
-    return sqrt(fmax(excess, 0.0) / w);
+    return isnan(excess) ? excess : sqrt(fmax(excess, 0.0) / w);
 }
 
 static void set_fluctuating(const struct measured_run *run, const struct srnf_estimate *interaction,
@@ -97,7 +97,7 @@ static double share_of(double f, double w)
 {
     double ratio = fmax(f - 1.0, 0.0) / w;
 
-    return ratio / (ratio + 2.0);
+    return isnan(f) ? f : ratio / (ratio + 2.0);
 }
 
 static void forget(struct srnf_estimate *estimate)

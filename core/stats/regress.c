@@ -29,11 +29,13 @@
 
 #include <cblas.h>
 #include <math.h>
+#include <string.h>
 
 #define PERMUTATIONS 10000
 #define BOOTSTRAPS 1000
 #define N_MAX ((size_t)10000)
 #define COLUMNS_MAX ((size_t)10000)
+#define ROUNDING 1e-13 /* of all SRNFs together: surfaces that are the same */
 /* Where the parts of a run end in its progress. */
 #define PROGRESS_EMBED 0.2
 #define PROGRESS_EFFECTS 0.25
@@ -117,16 +119,22 @@ static int fill_gram(struct regress_run *run, struct srnf_error *error)
 {
     size_t size = 3 * run->points;
     double *y = srnf_alloc(run->n, size * sizeof(double));
+    double all;
     int status;
 
     if (!y) {
         return SRNF_ENOMEM;
     }
     stats_weight(srnf_sht_grid(run->sht), run->n, run->q, NULL, y);
+    all = cblas_dnrm2((int)(run->n * size), y, 1);
     center(run, size, y);
     status = stats_gram(run->n, size, y, run->gram, error);
     for (size_t i = 0; i < run->n; i++) {
         run->total += run->gram[i * run->n + i];
+    }
+    if (!(run->total > ROUNDING * all * ROUNDING * all)) {
+        run->total = 0.0;
+        memset(run->gram, 0, run->n * run->n * sizeof(double));
     }
     srnf_free(y);
     return status;
@@ -229,6 +237,9 @@ static int fit_all(struct regress_run *run, const double *mean, struct srnf_erro
         double *scratch = srnf_alloc(run->fit.basis.count, run->n * sizeof(double));
 
         center(run, 3 * run->points, run->vectors);
+        if (!(run->total > 0.0)) {
+            memset(run->vectors, 0, run->n * 3 * run->points * sizeof(double));
+        }
         out->freedom = run->n - run->fit.basis.count;
         out->variance = run->total / (double)(run->n - 1);
         if (scratch) {

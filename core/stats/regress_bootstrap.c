@@ -429,13 +429,14 @@ static void bound_shares(const struct drawing *d, size_t t)
     double *ratios = d->ratios + t * n;
     double half = 0.5 * (1.0 - LEVEL), bounds[2], ratio, mean, all;
 
-    if (seen->inside > RATIO_MAX * seen->left) { /* nothing is left: no noise */
-        out->r2.interval[0] = out->r2.interval[1] = out->r2.value;
-        out->part.interval[0] = out->part.interval[1] = out->part.value;
+    /* Nothing is left: no noise, of which nothing is known. */
+    if (!(RATIO_MAX * seen->left > d->run->total)) {
+        out->r2.interval[0] = out->r2.interval[1] = NAN;
+        out->part.interval[0] = out->part.interval[1] = NAN;
         return;
     }
     stats_sort(n, ratios);
-    ratio = seen->left > 0.0 ? seen->freedom * seen->inside / seen->left : 0.0;
+    ratio = seen->freedom * seen->inside / seen->left;
     mean = seen->kept * seen->kept * ratio + seen->columns;
     for (size_t k = 0; k < 2; k++) {
         double at = quantile(n, ratios, k == 0 ? 1.0 - half : half);
@@ -443,7 +444,7 @@ static void bound_shares(const struct drawing *d, size_t t)
 
         bounds[k] = fmax(whole - seen->columns, 0.0);
     }
-    all = seen->left > 0.0 ? seen->freedom * d->run->total / seen->left : 1.0;
+    all = seen->freedom * d->run->total / seen->left;
     set_interval(&out->part, bounds, seen->columns + seen->freedom);
     set_interval(&out->r2, bounds, all - fmax(ratio - seen->columns, 0.0));
 }

@@ -104,12 +104,12 @@ static int look_at(const struct profile *p, double between, double within, bool 
         look->q += square;
         look->fall += square * p->roots[i] * p->roots[i] * mean;
     }
-    if (status == SRNF_OK && interval) {
+    if (status == SRNF_OK && interval && look->q > 0.0) {
         double value = look->q / mean / p->freedom;
 
         intervals_variance(&residuals, value, look->interval);
-        look->interval[0] /= value > 0.0 ? value : 1.0;
-        look->interval[1] /= value > 0.0 ? value : 1.0;
+        look->interval[0] /= value;
+        look->interval[1] /= value;
     }
     intervals_close(&residuals);
     regress_fit_clear(&fit);
@@ -169,7 +169,7 @@ static int find_interval(const struct profile *p, double root, struct srnf_error
     struct look look;
     int status;
 
-    out->between_interval[0] = out->between_interval[1] = 0.0;
+    out->between_interval[0] = out->between_interval[1] = NAN;
     if (!(out->between + out->within * p->least > 0.0)) {
         return SRNF_OK; /* slopes that do not differ at all */
     }

@@ -41,7 +41,7 @@ struct srnf_paired_options {
 };
 struct srnf_paired_options srnf_paired_options_defaults(void);
 
-/* An estimate with its 95 % interval. */
+/* An estimate with its 95 % interval, NAN where all subjects are the same. */
 struct srnf_estimate {
     double value, interval[2];
 };
@@ -51,7 +51,7 @@ struct srnf_paired {
     struct srnf_permutation_test test; /* relabellings: different sign flips */
     double norm;                       /* of the mean difference, in L2 of SRNFs */
     double norm_interval[2]; /* 95 %, as change from no bootstrap (core/stats/intervals.c): NAN
-                                where weights leave fewer than 3 degrees of freedom */
+                                where weights leave fewer than 3 degrees of freedom, too */
     double p_value;          /* of that */
     double max_p_value;      /* of the largest local statistic */
     /* Roots of mean squares over the surface, in the unit of the sizes: */

@@ -48,7 +48,7 @@ struct srnf_regress_options {
 struct srnf_regress_options srnf_regress_options_defaults(void);
 
 /* A share of the variance, which noise makes larger, with its 95 % interval by bootstrap, which is
-   free of that and holds the value. */
+   free of that and holds the value; NAN where the model leaves nothing. */
 struct srnf_share {
     double value, interval[2];
 };
@@ -79,7 +79,7 @@ struct srnf_regression {
     struct srnf_permutation_test test; /* least is that of each test */
     double variance;                   /* mean squared distance of subjects, with n - 1 */
     double residual_variance;          /* with freedom: squared L2 norm of SRNFs */
-    /* 95 %, of both and of norms; NAN where subjects are too few (core/stats/intervals.c): */
+    /* 95 %, of both and of norms; NAN: subjects are too few or equal (core/stats/intervals.c) */
     double variance_interval[2], residual_interval[2];
     double *norm_intervals; /* [columns + 1][2] */
     double *coefficients;   /* [columns + 1][3][P] fields, the constant first */

@@ -92,7 +92,7 @@ struct srnf_trajectories {
     /* 95 %: core/stats/trajectories_within.c, NAN with fewer than 3 degrees of freedom, of which
        nothing is known then by those of T; where the weighted squares are between their
        quantiles (W. Viechtbauer, "Confidence intervals for the amount of heterogeneity in
-       meta-analysis", 2007; core/stats/trajectories_between.c). */
+       meta-analysis", 2007; core/stats/trajectories_between.c), NAN where slopes are the same. */
     double within_interval[2], between_interval[2];
     size_t freedom; /* 0: two visits of each; within is 0 and all weights are 1 */
     bool weighted;  /* not all weights are 1 */

@@ -51,7 +51,8 @@ static const struct process_output outputs[] = {
     {"distanceInterval", OUTPUT_NUMBERS_OR_NULLS,
      "95 %, of the distance between the means of all who could be sampled: noise makes distances "
      "larger, and is taken out. [null, null]: fewer than 3 effective degrees of freedom, of which "
-     "there are about as many as the smaller group has."},
+     "there are about as many as the smaller group has; or the groups' means are the same, or the "
+     "subjects of each group, as of surfaces that are given twice."},
     {"spreads", OUTPUT_NUMBERS,
      "Root mean square distance of a subject from the mean of its group, of both groups in the "
      "order of groups, in the L2 norm of SRNFs, without the covariates' part."},

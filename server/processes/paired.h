@@ -97,7 +97,10 @@ bool paired_share_times(const json_t *members, const size_t *of);
          "lower bound of the true one, at 95 %."},                                                 \
         {"largestConfidence", OUTPUT_NUMBER, "Largest value of confidence on the map."},           \
         {"distance", OUTPUT_NUMBER, "Norm of the mean " difference ", in L2 of SRNFs."},           \
-        {"distanceInterval", OUTPUT_NUMBERS_OR_NULLS, "As in compare-groups."},                    \
+        {"distanceInterval", OUTPUT_NUMBERS_OR_NULLS,                                              \
+         "As in compare-groups; [null, null] also where no difference is another than the "        \
+         "others: "                                                                                \
+         "so are the intervals of all that is the same."},                                         \
         {"individual", PAIRED_ESTIMATE,                                                            \
          "{value, interval}: standard deviation of the subjects, each the mean of its two "        \
          "surfaces, as those above."},                                                             \

@@ -53,7 +53,8 @@ static const struct process_output outputs[] = {
      "former over squares of the residuals by the latter), pValue, pValueIsFloor, "
      "pValueInterval, level (exact or asymptotic, as in compare-groups), r2 and r2Interval (share "
      "of all squares about the mean, too large by what noise explains; 95 %, by bootstrap, without "
-     "that), partialR2 and partialR2Interval (share of the squares of the term and of the "
+     "that; [null, null]: the model leaves nothing, as where subjects are given twice), partialR2 "
+     "and partialR2Interval (share of the squares of the term and of the "
      "residuals together: what the other terms leave), leastSignificance, "
      "leastFdr, map}]. A term is tested beside all terms that do "
      "not contain it, by residuals permuted under the model without it (Freedman and Lane 1983). "
@@ -66,7 +67,8 @@ static const struct process_output outputs[] = {
      "r2Interval, leastSignificance}] of categorical terms of 3 to 6 levels."},
     {"coefficients", OUTPUT_OBJECTS,
      "[{name, term, norm (of the field, in L2), normInterval (95 %, free of what noise adds to a "
-     "norm; [null, null]: fewer than 3 effective degrees of freedom), largestEffect (a "
+     "norm; [null, null]: fewer than 3 effective degrees of freedom, or subjects that "
+     "are the same), largestEffect (a "
      "maximum, larger than the true one, as noise adds to it: no "
      "estimate with an interval), surface, q}]: the mean surface "
      "with the maps effect, normalEffect (outward positive) and standardError of the displacement "
@@ -80,7 +82,7 @@ static const struct process_output outputs[] = {
      "of the input."},
     {"residualVariance", OUTPUT_NUMBER, "Squared L2 norm of SRNFs, by its degrees of freedom."},
     {"residualVarianceInterval", OUTPUT_NUMBERS_OR_NULLS,
-     "95 %; [null, null]: the subjects are too few."},
+     "95 %; [null, null]: the subjects are too few, or the same."},
     {"variance", OUTPUT_NUMBER, "Of the subjects about their mean."},
     {"varianceInterval", OUTPUT_NUMBERS_OR_NULLS, "As of residualVariance."},
     {"residualDegreesOfFreedom", OUTPUT_INTEGER, "Subjects less coefficients."},

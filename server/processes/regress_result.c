@@ -51,8 +51,7 @@ static void set_share(json_t *object, const char *name, const struct srnf_share 
 
     (void)snprintf(text, sizeof text, "%sInterval", name);
     (void)json_object_set_new(object, name, json_finite(share->value));
-    (void)json_object_set_new(object, text,
-                              json_pack("[f, f]", share->interval[0], share->interval[1]));
+    (void)json_object_set_new(object, text, json_vector(share->interval, 2));
 }
 
 static struct srnf_permutation_test permutations_of(const struct document *d,

@@ -81,9 +81,10 @@ static const struct process_output outputs[] = {
     {"withinInterval", "\"type\":[\"array\",\"null\"],\"items\":{" OUTPUT_NUMBER "}",
      "95 % of within, from the directions that visits scatter in and from how subjects differ; "
      "null with fewer than three degrees of freedom (visits beyond the second of each subject)."},
-    {"betweenInterval", OUTPUT_NUMBERS,
+    {"betweenInterval", OUTPUT_NUMBERS_OR_NULLS,
      "95 % of between, by the profile of Paule and Mandel's sum (Viechtbauer 2007) with what "
-     "within is uncertain by; from 0 on where it need not be there."},
+     "within is uncertain by; from 0 on where it need not be there. [null, null]: all slopes are "
+     "the same."},
     {"perSubject", OUTPUT_OBJECTS,
      "[{subject, visits, times (first and last), weight (of its slope, 1 on average), length "
      "(root of the mean square of its displacement per unit of time), along (its part along what "

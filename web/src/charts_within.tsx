@@ -7,8 +7,8 @@ const LEFT = 150;
 const RIGHT = 400;
 
 /** Lengths on one axis from 0 on, with 95 % intervals. */
-export function Amounts({ title, name, unit, rows }: { title: string; name: string; unit: string; rows: { name: string; value: number; low: number; high: number }[] }) {
-    const most = 1.04 * Math.max(...rows.map((r) => r.high)) || 1;
+export function Amounts({ title, name, unit, rows }: { title: string; name: string; unit: string; rows: { name: string; value: number; low: number | null; high: number | null }[] }) {
+    const most = 1.04 * Math.max(...rows.map((r) => r.high ?? r.value)) || 1;
     const height = 52 + 30 * rows.length;
     const at = (v: number) => LEFT + ((RIGHT - LEFT) * Math.max(0, v)) / most;
     return (
@@ -19,7 +19,7 @@ export function Amounts({ title, name, unit, rows }: { title: string; name: stri
                 {rows.map((r, i) => (
                     <g transform={`translate(0 ${25 + 30 * i})`}>
                         <text x="8" y="4" font-size="12" fill="currentColor">{r.name}</text>
-                        <path d={`M${at(r.low)} 0H${at(r.high)}M${at(r.low)} -5V5M${at(r.high)} -5V5`} stroke="currentColor" fill="none" />
+                        {r.low !== null && r.high !== null && <path d={`M${at(r.low)} 0H${at(r.high)}M${at(r.low)} -5V5M${at(r.high)} -5V5`} stroke="currentColor" fill="none" />}
                         <circle cx={at(r.value)} cy="0" r="5" fill="#0072b2" />
                     </g>
                 ))}

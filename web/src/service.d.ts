@@ -2644,7 +2644,7 @@ export interface components {
             within?: number | null;
             between?: number;
             withinInterval?: number[] | null;
-            betweenInterval?: number[];
+            betweenInterval?: (number | null)[];
             perSubject?: Record<string, unknown>[];
             formula?: string | null;
             terms?: Record<string, unknown>[];

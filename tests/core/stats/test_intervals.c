@@ -190,7 +190,8 @@ static void noise_in_few_subjects_is_not_claimed(void **state)
     }
 }
 
-/* A group of two subjects tells too little; equal subjects leave no doubt. */
+/* A group of two subjects tells too little; subjects that are equal, and an estimate that is none,
+   as of two groups of the same subjects, tell nothing: no one drew them. */
 static void what_tells_nothing(void **state)
 {
     const struct planted few = {.n = 8, .part = 0.25, .decline = 1.0};
@@ -209,12 +210,23 @@ static void what_tells_nothing(void **state)
     }
     assert_int_equal(intervals_open(&intervals, 6, 1, basis, gram), SRNF_OK);
     intervals_norm(&intervals, weights, along, 4.0, interval);
-    assert_true(fabs(interval[0] - 2.0) <= 1e-6);
-    assert_true(fabs(interval[1] - 2.0) <= 1e-6);
+    assert_true(isnan(interval[0]) && isnan(interval[1]));
+    intervals_ratio(&intervals, weights, along, 4.0, interval);
+    assert_true(isnan(interval[0]) && isnan(interval[1]));
     intervals_norm(&intervals, weights, along, (double)NAN, interval);
     assert_true(isnan(interval[0]) && isnan(interval[1]));
     intervals_variance(&intervals, 0.0, interval);
-    assert_true(interval[0] == 0.0 && interval[1] == 0.0);
+    assert_true(isnan(interval[0]) && isnan(interval[1]));
+    intervals_close(&intervals);
+    for (size_t k = 0; k < 36; k++) {
+        gram[k] = k / 6 % 2 == k % 2 ? 1.0 : -1.0; /* as many here as there: their mean is 0 */
+        along[k % 6] = 0.0;
+    }
+    assert_int_equal(intervals_open(&intervals, 6, 1, basis, gram), SRNF_OK);
+    intervals_norm(&intervals, weights, along, 1e-32, interval);
+    assert_true(isnan(interval[0]) && isnan(interval[1]));
+    intervals_norm(&intervals, weights, along, 1e-4, interval);
+    assert_true(interval[0] == 0.0 && interval[1] > 0.0);
     intervals_close(&intervals);
     assert_int_equal(intervals_open(&intervals, 3, 1, basis, gram), SRNF_OK);
     intervals_variance(&intervals, 1.0, interval);

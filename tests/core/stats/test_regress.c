@@ -528,6 +528,34 @@ static void columns_of_noise_have_no_share(void **state)
     assert_in_range(above, 0, 5); /* Binomial(40, .025): beyond with a chance of 3e-4 */
 }
 
+/* Of one surface, sent again and again, there is nothing to find: what is left is rounding. */
+static void equal_surfaces_tell_nothing(void **state)
+{
+    struct study a;
+    struct srnf_nested nested[2];
+    struct srnf_regression out;
+    struct srnf_regress_design design = {.columns = COLUMNS, .tests = 2, .nested = nested};
+
+    (void)state;
+    open_study(&a, 0.0, 12);
+    nest(&a, nested);
+    design.values = a.design;
+    for (size_t i = 1; i < N; i++) {
+        memcpy(a.q + i * 3 * a.g.points, a.q, 3 * a.g.points * sizeof(double));
+    }
+    memcpy(a.mean, a.g.f[0], a.g.count * sizeof(double));
+    assert_int_equal(regress(&a, &design, 19, 5, NULL, &out, NULL), SRNF_OK);
+    for (size_t t = 0; t < 2; t++) {
+        assert_true(out.test_of[t].p_value == 1.0 && out.test_of[t].max_p_value == 1.0);
+        assert_true(isnan(out.test_of[t].r2.interval[0]));
+        assert_true(isnan(out.test_of[t].part.interval[1]));
+    }
+    assert_true(out.variance == 0.0 && isnan(out.variance_interval[0]));
+    assert_true(isnan(out.residual_interval[1]) && isnan(out.norm_intervals[2]));
+    srnf_regression_clear(&out);
+    close_study(&a);
+}
+
 static void results_do_not_depend_on_threads(void **state)
 {
     const double at[COLUMNS] = {40.0, 1.0, 0.0};
@@ -713,6 +741,7 @@ int main(void)
         cmocka_unit_test(planted_effect_is_found_and_predicted),
         cmocka_unit_test(shuffled_covariates_are_found_at_the_level),
         cmocka_unit_test(columns_of_noise_have_no_share),
+        cmocka_unit_test(equal_surfaces_tell_nothing),
         cmocka_unit_test(results_do_not_depend_on_threads),
         cmocka_unit_test(stops_when_asked),
         cmocka_unit_test(repeated_subjects_count_once),
