@@ -50,7 +50,10 @@ static const struct process_output outputs[] = {
      "That distance, in the L2 norm of SRNFs, without the covariates' part."},
     {"distanceInterval", OUTPUT_NUMBERS_OR_NULLS,
      "95 %, of the distance between the means of all who could be sampled: noise makes distances "
-     "larger, and is taken out. [null, null]: fewer than 3 effective degrees of freedom, of which "
+     "larger, and is taken out. It may begin at 0 beside a small pValue, as it is the more "
+     "cautious: it is of the population, with 2.5 % at each end and the doubt in how much subjects "
+     "vary, while pValue asks of these subjects whether their labels could be exchanged. "
+     "[null, null]: fewer than 3 effective degrees of freedom, of which "
      "there are about as many as the smaller group has; or the groups' means are the same, or the "
      "subjects of each group, as of surfaces that are given twice."},
     {"spreads", OUTPUT_NUMBERS,

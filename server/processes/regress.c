@@ -24,7 +24,8 @@ static const struct process_input inputs[] = {
      "shape ~ terms, in the notation of R and patsy: a + b, a:b, a * b, a / b, (a + b)^2, - a; "
      "log(a) (log2, log10, log1p, exp, sqrt), I(a^2), center(a), scale(a), standardize(a), C(a), "
      "C(a, Treatment(\"level\")), "
-     "Q(\"a name\"). Names are covariates of the members, or else label, group (the label), "
+     "Q(\"a name\"). Names are covariates of the members, or else label, group (the "
+     "label), "
      "time and side. Texts, true and false are categorical, against their first level.",
      .required = true, .own = &regress_formula},
     {"at", INPUT_OWN, offsetof(struct regress, design),
@@ -53,7 +54,8 @@ static const struct process_output outputs[] = {
      "former over squares of the residuals by the latter), pValue, pValueIsFloor, "
      "pValueInterval, level (exact or asymptotic, as in compare-groups), r2 and r2Interval (share "
      "of all squares about the mean, too large by what noise explains; 95 %, by bootstrap, without "
-     "that; [null, null]: the model leaves nothing, as where subjects are given twice), partialR2 "
+     "that, and more cautious than pValue: see distanceInterval of compare-groups; [null, null]: "
+     "the model leaves nothing, as where subjects are given twice), partialR2 "
      "and partialR2Interval (share of the squares of the term and of the "
      "residuals together: what the other terms leave), leastSignificance, "
      "leastFdr, map}]. A term is tested beside all terms that do "
@@ -67,7 +69,8 @@ static const struct process_output outputs[] = {
      "r2Interval, leastSignificance}] of categorical terms of 3 to 6 levels."},
     {"coefficients", OUTPUT_OBJECTS,
      "[{name, term, norm (of the field, in L2), normInterval (95 %, free of what noise adds to a "
-     "norm; [null, null]: fewer than 3 effective degrees of freedom, or subjects that "
+     "norm, and more cautious than pValue, as r2Interval; [null, null]: fewer than 3 effective "
+     "degrees of freedom, or subjects that "
      "are the same), largestEffect (a "
      "maximum, larger than the true one, as noise adds to it: no "
      "estimate with an interval), surface, q}]: the mean surface "
