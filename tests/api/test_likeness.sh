@@ -83,7 +83,8 @@ FEW='"maxIterations":3'
 run compare-groups "{\"cohort\":\"plain\",$FEW}"
 is "$STATUS $(doubts)" '200 ' 'members that belong together are not doubted'
 for process in mean pca evaluate-model distances; do
-    run "$process" '{"cohort":"plain","register":false}'
+    MORE=$([ "$process" = evaluate-model ] && echo ',"samples":20')
+    run "$process" "{\"cohort\":\"plain\",\"register\":false$MORE}"
     is "$STATUS $(doubts)" '200 ' "$process: nor as they are parameterized"
 done
 for process in mean compare-groups distances; do
