@@ -24,7 +24,7 @@ static const struct process_input inputs[] = {
      "shape ~ terms, in the notation of R and patsy: a + b, a:b, a * b, a / b, (a + b)^2, - a; "
      "log(a) (log2, log10, log1p, exp, sqrt), I(a^2), center(a), scale(a), standardize(a), C(a), "
      "C(a, Treatment(\"level\")), "
-     "Q(\"a name\"). Names are covariates of the members, or else label, group (the "
+     "Q(\"a name\") or Q('a name'). Names are covariates of the members, or else label, group (the "
      "label), "
      "time and side. Texts, true and false are categorical, against their first level.",
      .required = true, .own = &regress_formula},

@@ -93,7 +93,10 @@ void design_name_advice(const json_t *covariates, const char *formula, const cha
             return;
         }
         if (strncmp(own, name, strlen(name)) == 0 && !is_plain(own) && strstr(formula, own)) {
-            (void)snprintf(text, size, ". If \"%.60s\" is meant, write Q(\"%.60s\")", own, own);
+            char quote = strchr(own, '"') ? '\'' : '"';
+
+            (void)snprintf(text, size, ". If \"%.60s\" is meant, write Q(%c%.60s%c)", own, quote,
+                           own, quote);
             return;
         }
     }

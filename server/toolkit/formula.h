@@ -10,7 +10,7 @@
  *     I(x^2)    a power, I(x) x   C(x), factor(x)  categorical     C(x, Treatment("ref"))
  *     center(x)                   less its mean over the members
  *     scale(x), standardize(x)    by its deviation, too: of n as in patsy, with ddof=1 of n - 1
- *     Q("a b"), `a b`             a name that is no word
+ *     Q("a b"), `a b`             a name that is no word; in quotes, single or double, \" is "
  *
  * Functions of numbers may be of each other: scale(log(x)), I(center(x)^2).
  *
@@ -29,7 +29,7 @@
 #define FORMULA_FACTORS_MAX 24
 #define FORMULA_TERMS_MAX 64
 
-#define FORMULA_FACTOR_MAX (2 * FORMULA_NAME_MAX + 300) /* spelled, with a level */
+#define FORMULA_FACTOR_MAX (3 * FORMULA_NAME_MAX + 300) /* spelled, with a level */
 #define FORMULA_STEPS_MAX 4                             /* functions of functions */
 
 enum formula_function {

@@ -6,7 +6,7 @@
 
 #include "toolkit/formula_scan.h"
 
-/* The name of a covariate: a word, `..` or Q("..") */
+/* The name of a covariate: a word, `..`, Q("..") or Q('..') */
 bool formula_take_name(struct formula_parser *p, char name[FORMULA_NAME_MAX])
 {
     if (formula_take(p, "`")) {
@@ -118,8 +118,8 @@ static void read_standard(struct formula_parser *p, struct formula_step *step)
 /* Treatment("x"), Treatment(reference="x"), "x", and numbers without quotes. */
 static void read_reference(struct formula_parser *p, struct formula_factor *factor)
 {
-    bool named = formula_take(p, "Treatment"), by_name = false;
-    char quote = '\0';
+    bool named = formula_take(p, "Treatment"), by_name = false, quoted;
+    const char *written;
 
     if (named && !formula_take(p, "(")) {
         formula_fail_here(p, "Treatment(\"level\")");
@@ -137,19 +137,20 @@ static void read_reference(struct formula_parser *p, struct formula_factor *fact
                      factor->contrast);
         return;
     }
-    quote = *p->at;
+    written = p->at;
+    quoted = *written == '"' || *written == '\'';
     if (!formula_take_text(p, factor->reference) &&
         !(named && formula_take_number(p, factor->reference))) {
         formula_fail_here(p, "the reference level in quotes, as in C(site, Treatment(\"A\")),");
         return;
     }
+    (void)snprintf(factor->contrast, sizeof factor->contrast, "%s%s%.*s%s",
+                   named ? "Treatment(" : "", by_name ? "reference=" : "",
+                   quoted ? (int)(p->at - written) : (int)sizeof factor->reference,
+                   quoted ? written : factor->reference, named ? ")" : "");
     if (named && !formula_take(p, ")")) {
         formula_fail_here(p, "a closing bracket");
     }
-    (void)snprintf(factor->contrast, sizeof factor->contrast, "%s%s%.*s%s%.*s%s",
-                   named ? "Treatment(" : "", by_name ? "reference=" : "",
-                   quote == '"' || quote == '\'', &quote, factor->reference,
-                   quote == '"' || quote == '\'', &quote, named ? ")" : "");
 }
 
 /* ---- Calls ----------------------------------------------------------------------------------- */
@@ -275,16 +276,34 @@ static void spell_step(const struct formula_step *step, char text[FORMULA_FACTOR
     }
 }
 
-void formula_spell(const struct formula_factor *factor, size_t steps, char text[FORMULA_FACTOR_MAX])
+/* A word as it is, another name between `..`, or in Q("..") where it has such a quote. */
+static void spell_name(const char *name, char text[2 * FORMULA_NAME_MAX + 6])
 {
-    const char *name = factor->name;
     bool plain = formula_is_name(name[0], true);
-    char quoted[FORMULA_NAME_MAX + 2];
+    size_t length = 3;
 
     for (const char *c = name; *c; c++) {
         plain = plain && formula_is_name(*c, false);
     }
-    (void)snprintf(quoted, sizeof quoted, plain ? "%s" : "`%s`", name);
+    if (plain || !strchr(name, '`')) {
+        (void)snprintf(text, FORMULA_NAME_MAX + 2, plain ? "%s" : "`%s`", name);
+        return;
+    }
+    memcpy(text, "Q(\"", length);
+    for (const char *c = name; *c; c++) {
+        if (*c == '"' || *c == '\\') {
+            text[length++] = '\\';
+        }
+        text[length++] = *c;
+    }
+    memcpy(text + length, "\")", 3);
+}
+
+void formula_spell(const struct formula_factor *factor, size_t steps, char text[FORMULA_FACTOR_MAX])
+{
+    char quoted[2 * FORMULA_NAME_MAX + 6];
+
+    spell_name(factor->name, quoted);
     if (factor->levels) {
         (void)snprintf(text, FORMULA_FACTOR_MAX, "C(%s%s%s)", quoted,
                        factor->contrast[0] ? ", " : "", factor->contrast);

@@ -97,17 +97,22 @@ bool formula_is_name(char c, bool first)
 
 bool formula_take_quoted(struct formula_parser *p, char quote, char name[FORMULA_NAME_MAX])
 {
-    const char *end = strchr(p->at, quote);
-    size_t length = end ? (size_t)(end - p->at) : 0;
+    const char *at = p->at;
+    size_t length = 0;
 
-    if (!end || length == 0 || length >= FORMULA_NAME_MAX) {
+    while (*at && *at != quote && length < FORMULA_NAME_MAX - 1) {
+        bool escaped = quote != '`' && *at == '\\' && at[1] && strchr("\\\"'", at[1]);
+
+        name[length++] = at[escaped];
+        at += escaped ? 2 : 1;
+    }
+    name[length] = '\0';
+    if (*at != quote || length == 0) {
         formula_fail(p, "has a quotation at character %zu that does not end, or is empty",
                      (size_t)(p->at - p->start));
         return false;
     }
-    memcpy(name, p->at, length);
-    name[length] = '\0';
-    p->at = end + 1;
+    p->at = at + 1;
     return true;
 }
 

@@ -29,7 +29,8 @@ void formula_skip(struct formula_parser *p);
 bool formula_take(struct formula_parser *p, const char *what);
 /* Whether a name may have this byte, as its first or a later one. */
 bool formula_is_name(char c, bool first);
-/* Up to the closing quote; the opening one was taken. False with a problem. */
+/* Up to the closing quote; the opening one was taken. A backslash before a quote or a backslash is
+   left out, as in Python, but not between `..`. False with a problem. */
 bool formula_take_quoted(struct formula_parser *p, char quote, char name[FORMULA_NAME_MAX]);
 /* A name; false, and nothing taken, where none is next. */
 bool formula_take_word(struct formula_parser *p, char name[FORMULA_NAME_MAX]);
@@ -38,7 +39,7 @@ bool formula_take_text(struct formula_parser *p, char text[FORMULA_NAME_MAX]);
 /* A number without quotes, as levels of numbers are spelled. */
 bool formula_take_number(struct formula_parser *p, char text[FORMULA_NAME_MAX]);
 
-/* The name of a covariate: a word, `..` or Q(".."). False with a problem. */
+/* The name of a covariate: a word, `..`, Q("..") or Q('..'). False with a problem. */
 bool formula_take_name(struct formula_parser *p, char name[FORMULA_NAME_MAX]);
 /* The rest of a function's call, after its opening bracket; adds it to what the factor has. */
 void formula_read_call(struct formula_parser *p, const char *word, struct formula_factor *factor);

@@ -5,13 +5,19 @@ import type * as api from './documents';
 export function namesIn(formula: string): string[] {
     const right = formula.includes('~') ? formula.slice(formula.indexOf('~') + 1) : formula;
     const bare = right.replace(/Treatment\s*\([^)]*\)/g, '');
-    const found = bare.match(/`[^`]+`|Q\("[^"]+"\)|[\p{L}_][\p{L}\p{N}_.]*(?!\s*\(|[\p{L}\p{N}_.])/gu) ?? [];
-    return [...new Set(found.map((name) => name.replace(/^`|`$|^Q\("|"\)$/g, '')))];
+    const found = bare.match(/`[^`]+`|Q\(\s*(?:"(?:\\.|[^"\\])+"|'(?:\\.|[^'\\])+')\s*\)|[\p{L}_][\p{L}\p{N}_.]*(?!\s*\(|[\p{L}\p{N}_.])/gu) ?? [];
+    return [...new Set(found.map(unquoted))];
+}
+
+/** The name itself; in Q("..") a backslash is left out before a quote and before another. */
+function unquoted(name: string): string {
+    const quoted = /^Q\(\s*["'](.*)["']\s*\)$/su.exec(name);
+    return quoted ? quoted[1].replace(/\\(["'\\])/g, '$1') : name.replace(/^`|`$/g, '');
 }
 
 /** With one term more; names that are no words are quoted. */
 export function withTerm(formula: string, name: string): string {
-    const term = /^[\p{L}_][\p{L}\p{N}_.]*$/u.test(name) ? name : `\`${name}\``;
+    const term = /^[\p{L}_][\p{L}\p{N}_.]*$/u.test(name) ? name : name.includes('`') ? `Q("${name.replace(/["\\]/g, '\\$&')}")` : `\`${name}\``;
     const text = formula.trim();
     return text === '' ? `shape ~ ${term}` : text.endsWith('~') ? `${text} ${term}` : `${text} + ${term}`;
 }

@@ -68,6 +68,12 @@ static void terms_are_those_of_r(void **state)
         {"shape ~ Q(\"a b\") + `c d`", "`a b` `c d`"},
         {"shape ~ shape.index + a_1", "shape.index a_1"},
         {"shape ~ Q(\"plain\")", "plain"},
+        {"shape ~ Q('a \"b\"') + Q(\"a \\\"c\\\"\") + log(Q('it\\'s'))",
+         "`a \"b\"` `a \"c\"` log(`it's`)"},
+        {"shape ~ Q('a\\\\b') + Q(\"c\\d\") + `e\\`", "`a\\b` `c\\d` `e\\`"},
+        {"shape ~ Q(\"it's\") + Q('it\\'s')", "`it's`"},
+        {"shape ~ Q('a`b') + Q('\"`\\\\')", "Q(\"a`b\") Q(\"\\\"`\\\\\")"},
+        {"shape ~ C(site, Treatment('it\\'s'))", "C(site, Treatment('it\\'s'))"},
     };
 
     (void)state;
@@ -243,6 +249,8 @@ static const struct {
     {"shape ~ `a", "quotation"},
     {"shape ~ Q(a)", "Q("},
     {"shape ~ Q(\"\")", "quotation"},
+    {"shape ~ Q(\"a\\\")", "quotation"},
+    {"shape ~ Q('a\")", "quotation"},
     {"shape ~ C(a, b)", "contrast b"},
     {"shape ~ C(a, 3)", "reference level in quotes"},
     {"shape ~ C(a, Treatment(b))", "reference level in quotes"},
