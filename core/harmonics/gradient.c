@@ -146,7 +146,7 @@ static void gradient_pass(const struct srnf_sht *sht, size_t fields, const doubl
             struct block block = {sht, f, 2 * fields, first};
 
             unfold_block(&block, work->folded, work->rows);
-            fftw_execute_dft(sht->backward, (fftw_complex *)(void *)work->rows,
+            fftw_execute_dft(sht->plans.backward, (fftw_complex *)(void *)work->rows,
                              (fftw_complex *)(void *)work->rows2);
             for (size_t line = 0; line < 2 * BLOCK_ROWS; line++) {
                 size_t row;
@@ -258,7 +258,7 @@ static void adjoint_pass(const struct srnf_sht *sht, size_t fields, const double
                     memset(target, 0, 2 * n_phi * sizeof(double));
                 }
             }
-            fftw_execute_dft(sht->forward, (fftw_complex *)(void *)work->rows,
+            fftw_execute_dft(sht->plans.forward, (fftw_complex *)(void *)work->rows,
                              (fftw_complex *)(void *)work->rows2);
             fold_block(&block, work->rows2, work->folded);
         }

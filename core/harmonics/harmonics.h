@@ -26,6 +26,12 @@
  *
  * m P_lm / sin theta comes from a recurrence without division, so that rows at a pole are exact.
  */
+/* Fourier transforms along the rows of one grid. */
+struct sphere_plans {
+    fftw_plan backward, forward;  /* 2 BLOCK_ROWS complex rows */
+    fftw_plan to_real, from_real; /* one real row */
+};
+
 struct srnf_sht {
     struct srnf_grid grid;
     size_t degree;
@@ -35,9 +41,17 @@ struct srnf_sht {
     size_t scalar_rows; /* north padded to 8 */
     double *nodes;      /* theta, cos, sin, weight: 4 x n_theta */
     double *scalar, *spin;
-    fftw_plan backward, forward;  /* 2 BLOCK_ROWS complex rows */
-    fftw_plan to_real, from_real; /* one real row */
+    struct sphere_plans plans;
+    size_t least_phi;          /* meridians of the least grid */
+    struct sphere_plans least; /* where that has fewer meridians, else NULL */
+    bool borrowed;             /* the plans are another transform's, which destroys them */
 };
+
+/* sht.c: the transform of the same degree on a grid of Gauss-Legendre nodes that is about the least
+   for it: degree + 1 rows, and no more meridians than the other has. It makes no plan: FFTW makes
+   one at a time, and callers of solvers hold no lock. Its plans were made with the other transform,
+   which must outlive it, and whose workspace is large enough for it. */
+SRNF_CHECKED int sphere_sht_least(struct srnf_sht **out, const struct srnf_sht *of);
 
 /* Offset, in rows of the table, of order m. */
 static inline size_t sphere_order_offset(size_t degree, size_t m)

@@ -51,11 +51,11 @@ static void fill_tables(struct srnf_sht *sht, double *p)
     }
 }
 
-static int make_plans(struct srnf_sht *sht)
+static int make_plans(struct sphere_plans *plans, size_t n_phi)
 {
-    int n = (int)sht->grid.n_phi;
+    int n = (int)n_phi;
     int many = (int)(2 * BLOCK_ROWS);
-    size_t row = 2 * sht->grid.n_phi;
+    size_t row = 2 * n_phi;
     double *memory = srnf_alloc(2 * 2 * BLOCK_ROWS * row, sizeof(double));
     fftw_complex *a = (fftw_complex *)(void *)memory;
     fftw_complex *b;
@@ -64,14 +64,40 @@ static int make_plans(struct srnf_sht *sht)
         return SRNF_ENOMEM;
     }
     b = (fftw_complex *)(void *)(memory + 2 * BLOCK_ROWS * row);
-    sht->backward =
+    plans->backward =
         fftw_plan_many_dft(1, &n, many, a, NULL, 1, n, b, NULL, 1, n, FFTW_BACKWARD, FFTW_ESTIMATE);
-    sht->forward =
+    plans->forward =
         fftw_plan_many_dft(1, &n, many, a, NULL, 1, n, b, NULL, 1, n, FFTW_FORWARD, FFTW_ESTIMATE);
-    sht->to_real = fftw_plan_dft_c2r_1d(n, a, (double *)b, FFTW_ESTIMATE | FFTW_UNALIGNED);
-    sht->from_real = fftw_plan_dft_r2c_1d(n, (double *)a, b, FFTW_ESTIMATE | FFTW_UNALIGNED);
+    plans->to_real = fftw_plan_dft_c2r_1d(n, a, (double *)b, FFTW_ESTIMATE | FFTW_UNALIGNED);
+    plans->from_real = fftw_plan_dft_r2c_1d(n, (double *)a, b, FFTW_ESTIMATE | FFTW_UNALIGNED);
     srnf_free(memory);
-    return sht->backward && sht->forward && sht->to_real && sht->from_real ? SRNF_OK : SRNF_ENOMEM;
+    return plans->backward && plans->forward && plans->to_real && plans->from_real ? SRNF_OK
+                                                                                   : SRNF_ENOMEM;
+}
+
+static void destroy_plans(struct sphere_plans *plans)
+{
+    fftw_destroy_plan(plans->backward);
+    fftw_destroy_plan(plans->forward);
+    fftw_destroy_plan(plans->to_real);
+    fftw_destroy_plan(plans->from_real);
+}
+
+/* Even, at least 2 (degree + 1), and a product of small primes, of which transforms are fast. */
+static size_t fewest_meridians(size_t degree)
+{
+    for (size_t n = 2 * (degree + 1);; n += 2) {
+        size_t rest = n;
+
+        for (size_t prime = 2; prime <= 5; prime++) {
+            while (rest % prime == 0) {
+                rest /= prime;
+            }
+        }
+        if (rest == 1) {
+            return n;
+        }
+    }
 }
 
 static int make_nodes(struct srnf_sht *sht)
@@ -119,12 +145,43 @@ static bool shape_is_valid(size_t degree, enum srnf_grid_kind kind, size_t n_the
     return n_theta >= least && n_theta >= 2 && n_phi >= 2 * degree + 1;
 }
 
+/* A transform with nodes and tables, on a grid of a valid shape; its plans are NULL. */
+static int create_unplanned(struct srnf_sht **out, size_t degree, const struct srnf_grid *shape)
+{
+    struct srnf_sht *sht = srnf_alloc(1, sizeof *sht);
+    double *p = NULL;
+    int status = SRNF_ENOMEM;
+
+    *out = sht;
+    if (!sht) {
+        return SRNF_ENOMEM;
+    }
+    *sht = (struct srnf_sht){.degree = degree};
+    sht->grid.kind = shape->kind;
+    sht->grid.n_theta = shape->n_theta;
+    sht->grid.n_phi = shape->n_phi;
+    sht->north = (shape->n_theta + 1) / 2;
+    sht->equator = shape->n_theta % 2 == 1;
+    sht->half_rows = round_up(sht->north, BLOCK_ROWS);
+    sht->scalar_rows = round_up(sht->north, 8);
+    sht->scalar = srnf_alloc(orders_total(degree) * sht->scalar_rows, sizeof(double));
+    sht->spin = srnf_alloc(orders_total(degree) * 2 * sht->half_rows, sizeof(double));
+    p = srnf_alloc((1 + LEGENDRE_FACTORS) * orders_total(degree), sizeof(double));
+    if (sht->scalar && sht->spin && p) {
+        status = make_nodes(sht);
+    }
+    if (status == SRNF_OK) {
+        fill_tables(sht, p);
+    }
+    srnf_free(p);
+    return status;
+}
+
 int srnf_sht_create(struct srnf_sht **out, size_t degree, enum srnf_grid_kind kind, size_t n_theta,
                     size_t n_phi)
 {
-    int status = SRNF_ENOMEM;
     struct srnf_sht *sht = NULL;
-    double *p = NULL;
+    int status;
 
     *out = NULL;
     if (n_theta == 0 && degree <= SRNF_TRANSFORM_DEGREE_MAX) {
@@ -137,32 +194,40 @@ int srnf_sht_create(struct srnf_sht **out, size_t degree, enum srnf_grid_kind ki
     if (!shape_is_valid(degree, kind, n_theta, n_phi)) {
         return SRNF_EINVAL;
     }
-    sht = srnf_alloc(1, sizeof *sht);
-    if (!sht) {
-        goto out;
+    status = create_unplanned(
+        &sht, degree, &(struct srnf_grid){.kind = kind, .n_theta = n_theta, .n_phi = n_phi});
+    if (status == SRNF_OK) {
+        status = make_plans(&sht->plans, n_phi);
     }
-    sht->degree = degree;
-    sht->grid.kind = kind;
-    sht->grid.n_theta = n_theta;
-    sht->grid.n_phi = n_phi;
-    sht->north = (n_theta + 1) / 2;
-    sht->equator = n_theta % 2 == 1;
-    sht->half_rows = round_up(sht->north, BLOCK_ROWS);
-    sht->scalar_rows = round_up(sht->north, 8);
-    sht->scalar = srnf_alloc(orders_total(degree) * sht->scalar_rows, sizeof(double));
-    sht->spin = srnf_alloc(orders_total(degree) * 2 * sht->half_rows, sizeof(double));
-    p = srnf_alloc((1 + LEGENDRE_FACTORS) * orders_total(degree), sizeof(double));
-    if (!sht->scalar || !sht->spin || !p) {
-        goto out;
+    if (status == SRNF_OK) {
+        sht->least_phi = fewest_meridians(degree);
+        if (sht->least_phi < n_phi) {
+            status = make_plans(&sht->least, sht->least_phi);
+        }
     }
-    status = make_nodes(sht);
     if (status) {
-        goto out;
+        srnf_sht_destroy(sht);
+    } else {
+        *out = sht;
     }
-    fill_tables(sht, p);
-    status = make_plans(sht);
-out:
-    srnf_free(p);
+    return status;
+}
+
+int sphere_sht_least(struct srnf_sht **out, const struct srnf_sht *of)
+{
+    bool fewer = of->least_phi < of->grid.n_phi;
+    const struct srnf_grid shape = {.kind = SRNF_GRID_GAUSS_LEGENDRE,
+                                    .n_theta = of->degree + 1,
+                                    .n_phi = fewer ? of->least_phi : of->grid.n_phi};
+    struct srnf_sht *sht = NULL;
+    int status = create_unplanned(&sht, of->degree, &shape);
+
+    *out = NULL;
+    if (sht) {
+        sht->borrowed = true;
+        sht->plans = fewer ? of->least : of->plans;
+        sht->least_phi = shape.n_phi;
+    }
     if (status) {
         srnf_sht_destroy(sht);
     } else {
@@ -176,10 +241,10 @@ void srnf_sht_destroy(struct srnf_sht *sht)
     if (!sht) {
         return;
     }
-    fftw_destroy_plan(sht->backward);
-    fftw_destroy_plan(sht->forward);
-    fftw_destroy_plan(sht->to_real);
-    fftw_destroy_plan(sht->from_real);
+    if (!sht->borrowed) {
+        destroy_plans(&sht->plans);
+        destroy_plans(&sht->least);
+    }
     srnf_free(sht->nodes);
     srnf_free(sht->scalar);
     srnf_free(sht->spin);

@@ -41,7 +41,7 @@ static void synthesise_line(const struct line *line, const double *folded, doubl
         spectrum[2 * m] = half * (even[0] + sign * odd[0]);
         spectrum[2 * m + 1] = m > 0 ? -half * (even[rows] + sign * odd[rows]) : 0.0;
     }
-    fftw_execute_dft_c2r(sht->to_real, (fftw_complex *)(void *)spectrum, values);
+    fftw_execute_dft_c2r(sht->plans.to_real, (fftw_complex *)(void *)spectrum, values);
 }
 
 static void synthesis_pass(const struct srnf_sht *sht, size_t fields, const double *coefficients,
@@ -134,12 +134,12 @@ static void adjoint_pass(const struct srnf_sht *sht, size_t fields, const double
             double factor = weighted ? sht->grid.weight[row] : 1.0;
 
             memcpy(work->rows, field + row * n_phi, n_phi * sizeof(double));
-            fftw_execute_dft_r2c(sht->from_real, work->rows, spectrum);
+            fftw_execute_dft_r2c(sht->plans.from_real, work->rows, spectrum);
             fold_line(&line, work->rows2, factor, work->folded);
             if (last - row != row) {
                 line.south = true;
                 memcpy(work->rows, field + (last - row) * n_phi, n_phi * sizeof(double));
-                fftw_execute_dft_r2c(sht->from_real, work->rows, spectrum);
+                fftw_execute_dft_r2c(sht->plans.from_real, work->rows, spectrum);
                 fold_line(&line, work->rows2, factor, work->folded);
             }
         }

@@ -10,6 +10,8 @@
 #include "fixture.h"
 #include "operators.h"
 
+#include "harmonics/harmonics.h"
+
 #define BATCH_MAX ((size_t)7)
 #define ADJOINT_TOLERANCE 1e-13
 
@@ -238,6 +240,49 @@ static void equal_transforms_give_equal_bits(void **state)
     fixture_close(&f[1]);
 }
 
+/* The least grid is that of a transform with plans and a workspace of its own, to the bit. It works
+   in the workspace of the one that it was made of, which the strip of the fixture guards. */
+static void the_least_grid_is_like_any_other(void **state)
+{
+    struct test_random random = test_random_seed(15);
+
+    (void)state;
+    for (size_t shape = 0; shape < GRID_SHAPES; shape++) {
+        for (size_t degree = 1; degree <= 31; degree += 5) {
+            struct fixture f;
+            struct fixture own;
+            struct fixture least;
+
+            fixture_open(&f, degree, &grid_shapes[shape]);
+            least = f;
+            assert_int_equal(sphere_sht_least(&least.sht, f.sht), SRNF_OK);
+            least.grid = srnf_sht_grid(least.sht);
+            least.points = least.grid->n_theta * least.grid->n_phi;
+            assert_true(least.points <= f.points && least.grid->n_theta == degree + 1);
+            assert_true(least.grid->n_phi <= 2 * degree + 2 + (degree + 1) / 2);
+            fixture_open(&own, degree,
+                         &(struct grid_shape){.kind = SRNF_GRID_GAUSS_LEGENDRE,
+                                              .rows_constant = degree + 1,
+                                              .columns_constant = least.grid->n_phi});
+            for (size_t o = 0; o < OPERATORS; o++) {
+                struct arrays a = arrays_create(&own, 3);
+                struct arrays b = arrays_create(&own, 3);
+
+                arrays_fill(&operators[o], &own, 3, &random, &a);
+                arrays_copy_input(&operators[o], &own, 3, &a, &b);
+                operators[o].apply(&own, 3, &a, own.workspace);
+                operators[o].apply(&least, 3, &b, f.workspace);
+                assert_same_arrays(&own, 3, &a, &b);
+                arrays_free(&a);
+                arrays_free(&b);
+            }
+            srnf_sht_destroy(least.sht);
+            fixture_close(&own);
+            fixture_close(&f);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -247,6 +292,7 @@ int main(void)
         cmocka_unit_test(a_batch_equals_its_fields_one_by_one),
         cmocka_unit_test(an_empty_batch_touches_nothing),
         cmocka_unit_test(equal_transforms_give_equal_bits),
+        cmocka_unit_test(the_least_grid_is_like_any_other),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
