@@ -48,6 +48,7 @@ int inversion_continue(struct gauss_newton *system, const struct continuation *o
     if (status == SRNF_OK && options->refine && inversion_run_relative(&run) <= EXACT) {
         status = inversion_levenberg(&run, &fine);
     }
+    sliding_destroy(run.sliding);
     *energy = run.energy;
     return status;
 }

@@ -8,6 +8,21 @@
 #include "srnf/gauss_newton.h"
 #include "linear/linear.h"
 
+/* ---- sliding.c: what the preconditioner D^-1 leaves out -------------------------------------- */
+
+struct sliding;
+SRNF_CHECKED int sliding_create(struct sliding **out, const struct gauss_newton *system);
+void sliding_destroy(struct sliding *s);
+/* For the equations at the state of the system, whose surface is f. diagonal: of D. */
+void sliding_prepare(struct sliding *s, struct gauss_newton *system, const double *f,
+                     const double *diagonal, double lambda);
+/* z <- z + C B C' r. r is 0 in the translations, and what is added to z is. */
+void sliding_precondition(struct sliding *s, struct gauss_newton *system, const double *r,
+                          double *z);
+/* Dirichlet energy of the normals of the state, over that of a round sphere: how often they go
+   about the sphere, and 1 at least. work: system->count. */
+double sliding_turning(struct gauss_newton *system, double *work);
+
 /* ---- normal_equations.c: (J' W J + lambda D) x = b, D = diag(1 + l (l + 1) / 4) ------------- */
 
 struct normal_equations {
@@ -15,6 +30,7 @@ struct normal_equations {
     double *diagonal, *r, *work;        /* work: of conjugate gradients */
     const struct srnf_context *context; /* asked for cancellation now and then; may be NULL */
     double enough;                      /* of b'x: see struct linear_problem */
+    struct sliding *sliding;            /* prepared for these equations; NULL: D alone */
     size_t iterations;                  /* of the last solve */
     double residual; /* what it left of b, relative, in the norm of the preconditioner */
 };
@@ -38,6 +54,8 @@ struct inversion_run {
     double tolerance; /* on energy / q_norm2 */
     size_t iterations, max_iterations;
     enum srnf_stop stopped;
+    struct sliding *sliding; /* made when first needed, destroyed by who made the run */
+    double turning;          /* of a surface near the solution, see sliding_turning; 0: unknown */
     struct srnf_iteration *history;
     size_t n_history, history_capacity;
 };
@@ -52,7 +70,7 @@ struct levenberg_options {
     double lambda;          /* damping to start with, relative to 1 + l (l + 1) / 4 */
     size_t max_steps;       /* accepted or refused */
     size_t inner_cap;       /* conjugate-gradient products a step */
-    double inner_tolerance; /* 0: max(1e-6, min(.1, sqrt(relative E))) */
+    double inner_tolerance; /* 0: max(1e-6, min(.1, sqrt(relative E))), and sliding.c */
     double decrease;        /* stop when an accepted step lowers E by less than this part */
     double
         goal; /* part of the tolerance at which the model's E is low enough; 0: lower is better */

@@ -451,6 +451,7 @@ out:
         }
         srnf_inversion_clear(result);
     }
+    sliding_destroy(run.sliding);
     srnf_free(run.f);
     srnf_free(sphere);
     gauss_newton_destroy(system);

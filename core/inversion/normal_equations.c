@@ -1,7 +1,7 @@
 /*
  * normal_equations.c - the damped normal equations (J' W J + lambda D) x = b of Q_* at one
  * surface, by conjugate gradients (linear/conjugate_gradients.c) preconditioned with D = diag(1 +
- * l (l + 1) / 4).
+ * l (l + 1) / 4), or with D and what sliding.c adds to its inverse.
  *
  * J' W J is close to a multiple of l (l + 1) on a round sphere, and D keeps that scaling for any
  * surface, since Q is homogeneous of degree one and J therefore free of scale. With b = J' W v and
@@ -35,6 +35,7 @@ void normal_equations_destroy(struct normal_equations *conjugate)
 
 struct product_argument {
     struct gauss_newton *system;
+    struct sliding *sliding;
     const double *diagonal;
     double lambda;
 };
@@ -45,6 +46,9 @@ static void precondition(void *argument, const double *r, double *z)
 
     for (size_t i = 0; i < e->system->count; i++) {
         z[i] = e->diagonal[i] > 0.0 ? r[i] / e->diagonal[i] : 0.0;
+    }
+    if (e->sliding) {
+        sliding_precondition(e->sliding, e->system, r, z);
     }
 }
 
@@ -61,7 +65,7 @@ static void multiply(void *argument, const double *x, double *out)
 int normal_equations_solve(struct normal_equations *c, struct gauss_newton *system, const double *b,
                            double lambda, double tolerance, size_t cap, double *x)
 {
-    struct product_argument equations = {system, c->diagonal, lambda};
+    struct product_argument equations = {system, c->sliding, c->diagonal, lambda};
     struct linear_problem problem = {.n = system->count,
                                      .product = multiply,
                                      .precondition = precondition,
