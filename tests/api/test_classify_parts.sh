@@ -112,14 +112,15 @@ tells "$(json "$ACCURACY")" '<' 0.9 'and is of no help'
 
 # ---- Other numbers -------------------------------------------------------------------------------------
 
-classify both ',"scale":"shape-and-size","components":1'
+cohort few '.[:12] | [.[5:][], .[:5][]]'
+classify few ',"scale":"shape-and-size","components":1'
 is "$(json '.features | tostring')" '["size of second","size of first"]' 'sizes'
 tells "$(json "$ACCURACY")" '==' 1 'tell'
-classify both ',"covariates":["age"],"components":1'
+classify few ',"covariates":["age"],"components":1'
 is "$(json '.features | tostring')" '["age"]' 'a covariate'
 tells "$(json "$ACCURACY")" '==' 1 'tells'
-is "$(json '[.inputs.cohort.values[0][], (.inputs.cohort.subjectLabels | length)] | length')" $((N + 1)) 'and stands in the inputs'
-classify both ',"method":"srnf-nn","covariates":["age"],"sizeWeight":1000'
+is "$(json '[.inputs.cohort.values[0][], (.inputs.cohort.subjectLabels | length)] | length')" 7 'and stands in the inputs'
+classify few ',"method":"srnf-nn","covariates":["age"],"sizeWeight":1000'
 is "$STATUS" 200 'in distances, too'
 tells "$(json '.methods["srnf-nn"].accuracy')" '==' 1 'where it weighs enough'
 
@@ -156,7 +157,7 @@ refused . '/inputs/method icp-nn has no joint comparison' ',"method":"icp-nn"'
 refused . '/inputs/components asks for a covariance of 13 features' ',"components":12,"covariates":["age"]'
 refused . '/inputs/weights' ',"weights":{"third":1}'
 
-classify both ',"covariates":["kind"],"covariance":"pooled","components":1'
+classify few ',"covariates":["kind"],"covariance":"pooled","components":1'
 isnt "$STATUS" 200 'a covariate that is the label has no variance within classes'
 like "$(json .detail)" 'covariance of 2 features, sizes and covariates .1. counted, is singular in the fold .*"kind" is the same in all members of each label, ' \
     'and is told by its name'
