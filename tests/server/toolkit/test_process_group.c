@@ -2,6 +2,7 @@
  * test_process_group.c - canonical inputs of registration and of the names on groups and
  * models: one spelling for each meaning, cohorts resolved to what they name, and limits that are
  * named.
+ * srnfd-test: once (what inputs mean does not depend on the build)
  */
 #include "server/toolkit/process_fixture.h"
 #include "store/surface.h"

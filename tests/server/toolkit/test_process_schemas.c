@@ -3,6 +3,7 @@
  * every input of every process, its default is what absence means, its limits are the last values
  * that are taken, each word of an enumeration is known, other types are refused, null is taken
  * where it is a type and nowhere else, and nothing else is an input.
+ * srnfd-test: once (what inputs mean does not depend on the build)
  */
 #include "server/toolkit/process_fixture.h"
 
