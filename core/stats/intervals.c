@@ -13,7 +13,12 @@
  * (2 k1^2) and the deviation h sqrt(k2) / k1, h = 1 - k1 k3 / (3 k2^2) (D. Jensen, H. Solomon, "A
  * Gaussian approximation to the distribution of a definite quadratic form", 1972). The ends are the
  * d at which |b|^2 is the .975 and the .025 quantile, with those of Student's distribution of f
- * degrees of freedom for the normal ones, and 0 where no d is as small.
+ * degrees of freedom for the normal ones, and 0 where no d is as small. Where noise has one
+ * direction, |b|^2 / tr C is F of 1 and f at d = 0, and its .975 quantile, Student's t at .9875
+ * squared, is larger than that of the power: with f = 5 by 44 %, so that 4.6 % of noise was claimed
+ * instead of 2.5. Upper quantiles are larger by what the two differ by, times (tr C / (d + tr
+ * C))^2, with which ends hold d from 0 on, and times (3 tr C^2 / (tr C)^2 - 1) / 2, 1 in one
+ * direction and 0 in three, where F of (tr C)^2 / tr C^2 degrees agrees with the power.
  *
  * C need not be the same for all subjects: with e the residuals and a_i = c_i^2 / (1 - h_i) it is
  * the sum of a_i e_i e_i' (J. MacKinnon, H. White 1985), whose degrees of freedom are f =
@@ -21,8 +26,9 @@
  * 2002): for two groups the f of Welch where variances are alike. tr C^2 is freed of what noise
  * adds, (1 + 1 / f) tr C^2 + (tr C)^2 / f. A column of numbers rests on few subjects, and with f =
  * 4, say, nothing may be left of it; so over (tr C)^2 it is at least what all residuals give alike,
- * which have n - p degrees of freedom and the same where subjects vary alike. tr C^3 is
- * (tr C^2)^2 / tr C, as of equal variances, and s |b|^2 = b'C b - tr C^2, as b and C are
+ * which have n - p degrees of freedom and the same where subjects vary alike. That share, r, is
+ * known badly, and one that is too small claims noise: it counts as r + 2 r (1 - r) / (n - p). tr
+ * C^3 is (tr C^2)^2 / tr C, as of equal variances, and s |b|^2 = b'C b - tr C^2, as b and C are
  * independent.
  *
  * The ratio |beta|^2 / tr C is what is estimated from R = |b|^2 / tr C, whose tr C has the variance
@@ -53,6 +59,7 @@
 #define POWER_NONE 0.02 /* a power as near to 0 as makes no difference */
 #define ALIKE_MIN 1e-3  /* tr C^2 over (tr C)^2: as of a thousand equal variances */
 #define NORMAL 1.959963984540054
+#define NORMAL_9875 2.241402727604947
 #define ROOT_MIN 0.1 /* of the cube root of a quantile */
 #define DOUBLINGS 1000
 #define BISECTIONS 60
@@ -118,13 +125,15 @@ static double squares_of_noise(const struct intervals *of, const double *a)
     return sum;
 }
 
-/* tr S^2 over (tr S)^2 of a law whose sum of f squares has the traces. */
+/* tr S^2 over (tr S)^2 of a law whose sum of f squares has the traces: either is freed of what
+   noise adds, (tr S)^2 of 2 tr S^2 / f. */
 static double alike(double trace, double squares, double freedom)
 {
     double free = squares / (trace * trace) - 1.0 / freedom;
 
     free *= freedom * freedom / ((freedom - 1.0) * (freedom + 2.0));
-    return fmin(fmax(free, ALIKE_MIN), 1.0);
+    free = fmin(fmax(free, ALIKE_MIN), 1.0);
+    return fmin(free / (1.0 - 2.0 * free / freedom), 1.0);
 }
 
 /* Cube root of the quantile of a square of the mean 1 and of the variance, (+ or -) normal. */
@@ -182,8 +191,7 @@ struct noise {
     double doubt;          /* variance of tr C, as estimated, where |b|^2 is over it */
 };
 
-/* The quantile of |b|^2 for |beta|^2 = d. */
-static double quantile(const struct noise *noise, double d, double normal)
+static double power_quantile(const struct noise *noise, double d, double normal)
 {
     double k1 = d + noise->trace;
     double v = noise->doubt;
@@ -199,6 +207,23 @@ static double quantile(const struct noise *noise, double d, double normal)
     h = fabs(h) < POWER_NONE ? POWER_NONE : h;
     x = 1.0 + k2 * h * (h - 1.0) / (2.0 * k1 * k1) + normal * h * sqrt(k2) / k1;
     return k1 * pow(fmax(x, 0.0), 1.0 / h);
+}
+
+/* The quantile of |b|^2 for |beta|^2 = d. */
+static double quantile(const struct noise *noise, double d, double normal)
+{
+    double value = power_quantile(noise, d, normal);
+    double one = 1.5 * noise->squares / (noise->trace * noise->trace) - 0.5;
+
+    if (normal > 0.0 && noise->taken > 0.0 && one > 0.0) {
+        const struct noise unit = {1.0, 1.0, 1.0, noise->freedom, noise->taken, 0.0};
+        double root = subjects_student_at(noise->freedom, NORMAL_9875);
+        double near = noise->trace / (d + noise->trace);
+
+        value *= 1.0 + one * near * near *
+                           fmax(root * root / power_quantile(&unit, 0.0, normal) - 1.0, 0.0);
+    }
+    return value;
 }
 
 /* The d whose quantile the square is, or 0. */
@@ -272,6 +297,7 @@ static bool measure(const struct intervals *of, const double *weights, const dou
     double trace = 0.0;
     double inside = 0.0; /* b'C b */
     double all = 0.0;    /* squares of all residuals */
+    double same, told;
     double excess;
 
     take_residuals(of, along, products);
@@ -290,13 +316,15 @@ static bool measure(const struct intervals *of, const double *weights, const dou
     if (!(noise->trace > SAME * square && square > SAME * noise->trace)) {
         return false;
     }
-    noise->squares = noise->trace * noise->trace *
-                     fmax(alike(noise->trace, squares_of_noise(of, a), noise->freedom),
-                          alike(all, squares_of_noise(of, NULL), (double)(n - of->count)));
+    same = fmax(alike(noise->trace, squares_of_noise(of, a), noise->freedom),
+                alike(all, squares_of_noise(of, NULL), (double)(n - of->count)));
+    told = noise->trace * noise->trace * same;
+    same += 2.0 * same * (1.0 - same) / (double)(n - of->count);
+    noise->squares = noise->trace * noise->trace * fmin(same, 1.0);
     excess = square - noise->trace;
     noise->along = sqrt(noise->squares);
     if (excess > 0.0) {
-        noise->along = fmin(fmax(inside - noise->squares, 0.0) / excess, noise->along);
+        noise->along = fmin(fmax(inside - told, 0.0) / excess, noise->along);
     }
     return true;
 }

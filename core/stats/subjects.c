@@ -121,7 +121,12 @@ void subjects_percentile(double below, double count, double interval[2])
 
 double subjects_student(double freedom)
 {
-    const double z = NORMAL_975, z3 = z * z * z, z5 = z3 * z * z;
+    return subjects_student_at(freedom, NORMAL_975);
+}
+
+double subjects_student_at(double freedom, double z)
+{
+    const double z3 = z * z * z, z5 = z3 * z * z;
 
     return z + (z3 + z) / (4.0 * freedom) +
            (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * freedom * freedom) +

@@ -28,6 +28,8 @@ void subjects_percentile(double below, double count, double interval[2]);
 /* The .975 quantile of Student's distribution, by the first terms of its expansion about the normal
    one (R. Cornish, E. Fisher, 1938): to 1 % from 3 degrees of freedom on. */
 double subjects_student(double freedom);
+/* The same where that of the normal distribution is z; to 2 % up to z = 2.25. */
+double subjects_student_at(double freedom, double z);
 
 /* The label of each subject, [count]; false: the labels of the members of one differ. */
 bool subjects_labels(const struct subjects *s, const size_t *labels, size_t *of_subjects);

@@ -190,6 +190,23 @@ static void noise_in_few_subjects_is_not_claimed(void **state)
     }
 }
 
+/* What has one direction, of few degrees of freedom, varies most. */
+static void noise_in_one_direction_is_not_claimed(void **state)
+{
+    static const size_t sizes[][2] = {{10, 1}, {12, 1}, {12, 2}, {14, 2}};
+    struct test_random random = test_random_seed(47);
+    size_t claimed = 0;
+
+    (void)state;
+    for (size_t k = 0; k < 4 * STUDIES; k++) {
+        const size_t *of = sizes[k % 4];
+
+        claimed += noise_is_claimed(of[0], of[1], 8.0, &random);
+    }
+    printf("# noise in one direction: of %zu claimed %zu\n", 4 * STUDIES, claimed);
+    assert_in_range(claimed, 10, 58); /* Binomial(1600, .025): beyond with a chance of 4e-3 */
+}
+
 /* A group of two subjects tells too little; subjects that are equal, and an estimate that is none,
    as of two groups of the same subjects, tell nothing: no one drew them. */
 static void what_tells_nothing(void **state)
@@ -239,6 +256,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_planted_is_held),
         cmocka_unit_test(noise_in_few_subjects_is_not_claimed),
+        cmocka_unit_test(noise_in_one_direction_is_not_claimed),
         cmocka_unit_test(what_tells_nothing),
     };
 
