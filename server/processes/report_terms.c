@@ -36,6 +36,7 @@ static const struct term {
     {"leastFdr", "least false discovery rate of a point"},
     {"leastSignificance", "least p of a point, corrected for all points"},
     {"leastSignificanceInterval", "its interval"},
+    {"largestEffect", "largest effect of a point, too large by what noise adds"},
     {"lmax", "degree"},
     {"logLossInterval", "95 % interval of the log loss"},
     {"logLossReference", "log loss of the priors alone"},
