@@ -82,11 +82,69 @@ static void power_grows_with_the_change(void **state)
     assert_true(before >= 50);
 }
 
+/* The change of ellipsoids without noise. */
+static double change_of(double growth)
+{
+    struct visits v;
+    struct srnf_paired out;
+    void *workspace;
+    double value;
+
+    visits_open(&v, SRNF_PAIRS_MIN, 0.0, 0.0, 1);
+    workspace = srnf_alloc(1, srnf_surface_workspace_size(v.g.sht));
+    assert_non_null(workspace);
+    memset(v.mean, 0, v.g.count * sizeof(double));
+    for (size_t i = 0; i < 2 * v.n; i++) {
+        double *f = v.g.f[i];
+
+        memset(f, 0, v.g.count * sizeof(double));
+        f[3] = 2.4;
+        f[v.g.each + 1] = 2.0;
+        f[2 * v.g.each + 2] = 1.6 + (i < v.n ? 0.0 : growth);
+        srnf_field(v.g.sht, f, v.q + i * v.size, workspace);
+        for (size_t k = 0; k < v.g.count; k++) {
+            v.mean[k] += f[k] / (double)(2 * v.n);
+        }
+    }
+    assert_int_equal(differ(&v, 0, &out), SRNF_OK);
+    value = out.change.value;
+    srnf_paired_clear(&out);
+    visits_close(&v);
+    srnf_free(workspace);
+    return value;
+}
+
+static void few_subjects_hold_the_size(void **state)
+{
+    static const double growths[] = {0.0, 0.1, 0.3};
+
+    (void)state;
+    for (size_t k = 0; k < 3; k++) {
+        double truth = change_of(growths[k]);
+        size_t missed = 0;
+
+        for (size_t run = 0; run < RUNS; run++) {
+            struct visits v;
+            struct srnf_paired out;
+
+            visits_open(&v, 6, growths[k], 0.05, 5000 + run);
+            assert_int_equal(differ(&v, run, &out), SRNF_OK);
+            missed += !(out.change.interval[0] <= truth && truth <= out.change.interval[1]);
+            srnf_paired_clear(&out);
+            visits_close(&v);
+        }
+        printf("# 6 subjects, growth %.1f: %zu of %zu intervals of its size miss it\n", growths[k],
+               missed, RUNS);
+        assert_true(missed <= 20); /* of 95 %: above 20 with a chance of 1e-3 */
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_change_is_found_at_the_level),
         cmocka_unit_test(power_grows_with_the_change),
+        cmocka_unit_test(few_subjects_hold_the_size),
     };
 
     openblas_set_num_threads(1);
