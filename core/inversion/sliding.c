@@ -40,15 +40,15 @@
 struct sliding {
     struct srnf_sht *sht; /* of the degree of the system */
     size_t degree, each, points;
-    double share;                              /* of the points of the system's grid */
-    double *memory;                            /* all that follows */
-    double *theta, *phi;                       /* [3][points] f_theta and f_phi over |n|, weighted */
-    double *field;                             /* [3][points] */
-    double *d_theta, *d_phi, *value;           /* [points] */
-    double *scale, *scale_theta, *scale_phi;   /* [points] s; one after the other */
-    double *stream, *image;                    /* [each] stream functions */
-    double *vector, *probe;                    /* [3][each] */
-    double *factor;                            /* [degree + 1] diagonal of B */
+    double share;                            /* of the points of the system's grid */
+    double *memory;                          /* all that follows */
+    double *theta, *phi;                     /* [3][points] f_theta and f_phi over |n|, weighted */
+    double *field;                           /* [3][points] */
+    double *d_theta, *d_phi, *value;         /* [points] */
+    double *scale, *scale_theta, *scale_phi; /* [points] s; one after the other */
+    double *stream, *image;                  /* [each] stream functions */
+    double *vector, *probe;                  /* [3][each] */
+    double *factor;                          /* [degree + 1] diagonal of B */
 };
 
 int sliding_create(struct sliding **out, const struct gauss_newton *system)
@@ -103,7 +103,7 @@ void sliding_destroy(struct sliding *s)
     srnf_free(s);
 }
 
-/* ---- C and its transpose. Each does the work of one gradient transform of three coordinates. -- */
+/* ---- C and its transpose, each the work of a gradient transform of three coordinates ----------- */
 
 /* y = s y + t x */
 SRNF_HOT static void scale_gradient(size_t n, const double *restrict s, const double *restrict t,

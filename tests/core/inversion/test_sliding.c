@@ -111,9 +111,9 @@ static void spares_products(void **state)
         gauss_newton_product(e.system, b + e.s.count, b);
         for (size_t i = 0; i < 2; i++) {
             conjugate.sliding = i ? e.sliding : NULL;
-            assert_int_equal(normal_equations_solve(&conjugate, e.system, b, 1e-6, 1e-4, 2000,
-                                                    b + e.s.count),
-                             SRNF_OK);
+            assert_int_equal(
+                normal_equations_solve(&conjugate, e.system, b, 1e-6, 1e-4, 2000, b + e.s.count),
+                SRNF_OK);
             assert_true(conjugate.residual <= 1e-4);
             products[i] = conjugate.iterations;
         }
