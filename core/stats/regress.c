@@ -21,7 +21,7 @@
  * subjects are few all relabellings are taken, each once.
  *
  * Shares of the variance are |T'Y|^2 of the whole, tr(Y'Y) about the mean, and of what the smaller
- * model leaves; their intervals are in regress_bootstrap.c.
+ * model leaves; their intervals are in regress_shares.c.
  *
  * Members of a subject are averaged with their rows of the design (compare.c says why).
  */
@@ -40,6 +40,7 @@
 #define PROGRESS_EMBED 0.2
 #define PROGRESS_EFFECTS 0.25
 #define PROGRESS_PERMUTE 0.9
+#define PROGRESS_SHARES 0.95
 
 struct srnf_regress_options srnf_regress_options_defaults(void)
 {
@@ -263,9 +264,14 @@ static int fit_all(struct regress_run *run, const double *mean, struct srnf_erro
         status = regress_permute(
             run, t, (struct stats_progress){from, from + each, "permuting residuals"}, error);
     }
+    status = status ? status
+                    : regress_shares(run,
+                                     (struct stats_progress){PROGRESS_PERMUTE, PROGRESS_SHARES,
+                                                             "drawing residuals"},
+                                     error);
     return status ? status
                   : regress_bootstrap(
-                        run, (struct stats_progress){PROGRESS_PERMUTE, 1.0, "drawing residuals"},
+                        run, (struct stats_progress){PROGRESS_SHARES, 1.0, "drawing residuals"},
                         error);
 }
 

@@ -89,9 +89,19 @@ SRNF_CHECKED int regress_average_nested(const struct srnf_regress_design *design
 /* regress_permute.c: the permutations of one test. */
 SRNF_CHECKED int regress_permute(struct regress_run *run, size_t test,
                                  struct stats_progress progress, struct srnf_error *error);
-/* regress_bootstrap.c: intervals of the shares, and confidence regions of the predictions. */
+/* Of the first drawing: beyond the numbers of the permutations. */
+#define REGRESS_DRAWN (UINT64_C(1) << 40)
+/* regress_shares.c: intervals of the shares. */
+SRNF_CHECKED int regress_shares(struct regress_run *run, struct stats_progress progress,
+                                struct srnf_error *error);
+/* regress_bootstrap.c: confidence regions of the predictions. */
 SRNF_CHECKED int regress_bootstrap(struct regress_run *run, struct stats_progress progress,
                                    struct srnf_error *error);
+/* E, [n][n]: data times it are the residuals, with the variance of the errors; rest, [n]: 1 - h_i,
+   and 0 of a subject whose value the design fixes, whose row is 0. */
+void regress_standardize(const struct regress_run *run, double *e, double *rest);
+/* Of sorted values, between neighbours. */
+double regress_quantile(size_t n, const double *sorted, double part);
 /* regress_effects.c: coefficients, what they mean on the surface, and predicted surfaces. */
 SRNF_CHECKED int regress_effects(struct regress_run *run, const double *mean,
                                  struct stats_progress progress, struct srnf_error *error);

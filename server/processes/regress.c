@@ -53,8 +53,9 @@ static const struct process_output outputs[] = {
      "[{name, columns, degreesOfFreedom, residualDegreesOfFreedom, f (squares of the term by the "
      "former over squares of the residuals by the latter), pValue, pValueIsFloor, "
      "pValueInterval, level (exact or asymptotic, as in compare-groups), r2 and r2Interval (share "
-     "of all squares about the mean, too large by what noise explains; 95 %, by bootstrap, without "
-     "that, and more cautious than pValue: see distanceInterval of compare-groups; [null, null]: "
+     "of all squares about the mean, too large by what noise explains; 95 %, by wild bootstrap, "
+     "without that, and more cautious than pValue: see distanceInterval of compare-groups; [null, "
+     "null]: "
      "the model leaves nothing, as where subjects are given twice), partialR2 "
      "and partialR2Interval (share of the squares of the term and of the "
      "residuals together: what the other terms leave), leastSignificance, "
@@ -176,7 +177,8 @@ const struct api_process regress_process = {
         "normal fields (SRNFs) of the shapes was fitted; terms "
         "were tested by permutation of residuals under the reduced model (Freedman and Lane), "
         "maps controlled by the maximum statistic and by the false discovery rate, and "
-        "shares of the variance have intervals by bootstrap of residuals, norms of coefficients "
+        "shares of the variance have intervals by wild bootstrap of residuals, norms of "
+        "coefficients "
         "from their distribution",
     .table = &table,
     .seconds = regress_seconds,

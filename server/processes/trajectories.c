@@ -252,17 +252,18 @@ const struct api_process trajectories_process = {
     .description = "How surfaces change with time within subjects: the mean slope with a test by "
                    "sign flips and a map, how slopes depend on groups and covariates, surfaces "
                    "predicted at given times, and each subject beside the others.",
-    .methods = "[All shapes were registered elastically to their mean. ]A line was fitted to the "
-               "square-root normal fields (SRNFs) of each subject's "
-               "visits by least squares, and its slope regressed on the subjects' covariates, "
-               "weighted by how well each slope is known (two-stage least squares; the variance of "
-               "slopes by the method of Paule and Mandel); the mean slope "
-               "was tested by sign flips of whole subjects, terms by permutation of residuals "
-               "under the reduced model (Freedman and Lane), maps controlled by the maximum "
-               "statistic and by the false discovery rate; intervals of shares of terms are by "
-               "bootstrap of residuals, that of the mean slope from the distribution of its norm, "
-               "those of variances from that of sums of squares, weighted ones for slopes (the "
-               "Q-profile method of Viechtbauer)",
+    .methods =
+        "[All shapes were registered elastically to their mean. ]A line was fitted to the "
+        "square-root normal fields (SRNFs) of each subject's "
+        "visits by least squares, and its slope regressed on the subjects' covariates, "
+        "weighted by how well each slope is known (two-stage least squares; the variance of "
+        "slopes by the method of Paule and Mandel); the mean slope "
+        "was tested by sign flips of whole subjects, terms by permutation of residuals "
+        "under the reduced model (Freedman and Lane), maps controlled by the maximum "
+        "statistic and by the false discovery rate; intervals of shares of terms are by "
+        "wild bootstrap of residuals, that of the mean slope from the distribution of its norm, "
+        "those of variances from that of sums of squares, weighted ones for slopes (the "
+        "Q-profile method of Viechtbauer)",
     .table = &table,
     .seconds = regress_seconds,
 };
