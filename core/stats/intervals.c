@@ -297,6 +297,7 @@ static bool measure(const struct intervals *of, const double *weights, const dou
     double trace = 0.0;
     double inside = 0.0; /* b'C b */
     double all = 0.0;    /* squares of all residuals */
+    double whole = 0.0, fixed = 0.0;
     double same, told;
     double excess;
 
@@ -304,10 +305,15 @@ static bool measure(const struct intervals *of, const double *weights, const dou
     noise->trace = 0.0;
     for (size_t i = 0; i < n; i++) {
         a[i] = of->rest[i] > CERTAIN ? weights[i] * weights[i] / of->rest[i] : 0.0;
+        whole += weights[i] * weights[i];
+        fixed += of->rest[i] > CERTAIN ? 0.0 : weights[i] * weights[i];
         trace += a[i] * of->rest[i];
         noise->trace += a[i] * of->gram[i * n + i];
         inside += a[i] * products[i] * products[i];
         all += of->gram[i * n + i];
+    }
+    if (fixed > ROUNDING * whole) { /* its noise is in the estimate, and in no residual */
+        return false;
     }
     noise->freedom = trace > 0.0 ? trace * trace / squares_of_projection(of, a) : 0.0;
     if (!(noise->freedom >= FREEDOM_MIN * (1.0 - ROUNDING)) || !isfinite(noise->trace)) {

@@ -207,6 +207,18 @@ static void noise_in_one_direction_is_not_claimed(void **state)
     assert_in_range(claimed, 10, 58); /* Binomial(1600, .025): beyond with a chance of 4e-3 */
 }
 
+/* A group of one subject: its value is fitted, and nothing tells how far others would be off. */
+static void one_subject_tells_nothing(void **state)
+{
+    const struct planted one = {.n = 16, .part = 1.0 / 16.0, .decline = 0.7};
+    struct test_random random = test_random_seed(6);
+    struct told told = run_study(&one, &random);
+
+    (void)state;
+    assert_true(isnan(told.norm[0]) && isnan(told.norm[1]));
+    assert_true(told.spread[0] > 0.0 && told.spread[1] > told.spread[0]);
+}
+
 /* A group of two subjects tells too little; subjects that are equal, and an estimate that is none,
    as of two groups of the same subjects, tell nothing: no one drew them. */
 static void what_tells_nothing(void **state)
@@ -257,6 +269,7 @@ int main(void)
         cmocka_unit_test(what_is_planted_is_held),
         cmocka_unit_test(noise_in_few_subjects_is_not_claimed),
         cmocka_unit_test(noise_in_one_direction_is_not_claimed),
+        cmocka_unit_test(one_subject_tells_nothing),
         cmocka_unit_test(what_tells_nothing),
     };
 
