@@ -103,7 +103,7 @@ void sliding_destroy(struct sliding *s)
     srnf_free(s);
 }
 
-/* ---- C and its transpose, each the work of a gradient transform of three coordinates ----------- */
+/* ---- C and its transpose, each the work of a gradient transform of three coordinates --------- */
 
 /* y = s y + t x */
 SRNF_HOT static void scale_gradient(size_t n, const double *restrict s, const double *restrict t,
