@@ -109,6 +109,10 @@ void report_methods_add(struct report_methods *methods, const struct report_job 
 /* Writes them, unless out is NULL. False without memory. */
 bool report_methods_close(struct report_methods *methods, FILE *out);
 
+/* What the inputs and the results of a job say that was done, as sentences that each begin with a
+   space (report_facts.c). */
+void report_facts(FILE *out, const json_t *results);
+
 /* ---- Tables (report_tables.c) ---------------------------------------------------------------- */
 
 /* The members of an object that are cells, a row each. */

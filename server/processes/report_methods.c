@@ -122,41 +122,6 @@ static void put_option(FILE *out, const char *name, const json_t *value, const c
     }
 }
 
-/* Options that a reader looks for, as sentences. */
-static const struct told {
-    const char *name, *before, *after;
-} told[] = {
-    {"formula", " The formula was ", "."},
-    {"covariates", " Covariates were ", "."},
-    {"lmax", " Shapes were described by spherical harmonics up to degree ", "."},
-    {"permutations", " There were ", " permutations."},
-    {"bootstraps", " There were ", " bootstrap samples."},
-};
-
-static void put_told(FILE *out, const json_t *given)
-{
-    for (size_t i = 0; i < sizeof told / sizeof told[0]; i++) {
-        const json_t *value = json_object_get(given, told[i].name), *one;
-        size_t k;
-
-        if (!value || json_is_null(value) || json_is_object(value) ||
-            (json_is_integer(value) && json_integer_value(value) == 0) ||
-            (json_is_array(value) && json_array_size(value) == 0)) {
-            continue;
-        }
-        (void)fputs(told[i].before, out);
-        if (!json_is_array(value)) {
-            report_scalar(out, value);
-        }
-        json_array_foreach(value, k, one)
-        {
-            (void)fputs(k ? ", " : "", out);
-            report_scalar(out, one);
-        }
-        (void)fputs(told[i].after, out);
-    }
-}
-
 /* A row of what repeats the job. */
 static void put_row(struct report_methods *methods, const struct report_job *job,
                     const json_t *results)
@@ -203,7 +168,7 @@ void report_methods_add(struct report_methods *methods, const struct report_job 
         report_text(out, process ? process->description : job->process);
     }
     put_group(methods, given);
-    put_told(out, given);
+    report_facts(out, results);
     (void)fputs("</p>", out);
     put_row(methods, job, results);
 }

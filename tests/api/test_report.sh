@@ -182,7 +182,7 @@ low = next(one['low'] for one in compared if one['name'] == 'significance')
 check(abs(low - least) < 1e-6, 'whose least p is that of the API', f'{low} {least}')
 text = ' '.join(reader.texts)
 methods = text[text.rindex('Options and versions') - 6000:]
-check('Freedman and Lane' in methods and 'There were 99 permutations.' in methods, 'methods name the test and its permutations')
+check('Freedman and Lane' in methods and 'All 20 different relabellings were taken' in methods and 'There were 99' not in methods, 'methods name the test and the permutations that were taken')
 check('Shapes were not registered, but compared as they are parameterized.' in methods and 'registered elastically' not in methods and '[' not in methods, 'and say that nothing was registered')
 check('There were 6 shapes (3 of label L, 3 of label R), of the cohort nuclei.' in methods, 'of how many shapes')
 build = results['pca']['numericBuild']

@@ -1,0 +1,130 @@
+/*
+ * test_report_methods.c - the paragraph on methods of a report says what a job did, by its inputs
+ * and its results, and nothing that it did not do.
+ * srnfd-test: once (texts alone)
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "processes/processes.h"
+#include "processes/report.h"
+
+static const struct api_process *find(const char *id)
+{
+    const struct api_process *const *rows = processes.rows;
+
+    while (*rows && strcmp((*rows)->id, id) != 0) {
+        rows++;
+    }
+    assert_non_null(*rows);
+    return *rows;
+}
+
+/* The section of one job (malloc). */
+static char *section_of(const char *process, const char *results)
+{
+    const struct report_job job = {.id = "job-1", .process = process};
+    json_t *document = json_loads(results, 0, NULL);
+    struct report_methods methods;
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+
+    assert_non_null(document);
+    assert_non_null(out);
+    assert_true(report_methods_open(&methods));
+    report_methods_add(&methods, &job, document, find(process));
+    assert_true(report_methods_close(&methods, out));
+    assert_int_equal(fclose(out), 0);
+    json_decref(document);
+    return text;
+}
+
+/* Whether it has each of the texts of `with`, and none of those of `without`, up to a NULL. */
+static void says(const char *process, const char *results, const char *const *with,
+                 const char *const *without)
+{
+    char *text = section_of(process, results);
+
+    for (size_t i = 0; with[i]; i++) {
+        if (!strstr(text, with[i])) {
+            fail_msg("%s does not say \"%s\": %s", process, with[i], text);
+        }
+    }
+    for (size_t i = 0; without[i]; i++) {
+        if (strstr(text, without[i])) {
+            fail_msg("%s says \"%s\": %s", process, without[i], text);
+        }
+    }
+    free(text);
+}
+#define LIST(...) ((const char *const[]){__VA_ARGS__, NULL})
+#define NOTHING ((const char *const[]){NULL})
+
+/* Permutations are those that were taken, not those that were asked for. */
+static void test_permutations(void **state)
+{
+    (void)state;
+    says("change",
+         "{\"inputs\":{\"permutations\":2000},\"permutations\":511,\"relabellings\":512,"
+         "\"exact\":true,\"individual\":{\"value\":1}}",
+         LIST("All 512 flips of signs were taken, the observed one among them."),
+         LIST("2000 permutations", "There were 511"));
+    says("change",
+         "{\"inputs\":{\"permutations\":200},\"permutations\":200,\"relabellings\":512,"
+         "\"exact\":false,\"individual\":{\"value\":1}}",
+         LIST("There were 200 flips of signs."), LIST("512", "All"));
+    says("compare-groups",
+         "{\"inputs\":{\"permutations\":10000},\"permutations\":34,\"relabellings\":35,"
+         "\"exact\":true}",
+         LIST("All 35 different relabellings were taken, the observed one among them."),
+         LIST("10000 permutations"));
+    says("regress",
+         "{\"inputs\":{\"permutations\":99,\"bootstraps\":100},\"permutations\":99,"
+         "\"relabellings\":720,\"exact\":false,\"terms\":[{\"name\":\"age\",\"level\":\"exact\"}]}",
+         LIST("There were 99 permutations.", "There were 100 bootstrap samples."), LIST("720"));
+    says("classify",
+         "{\"inputs\":{\"permutations\":0},\"permutations\":0,\"relabellings\":null,\"exact\":"
+         "null}",
+         NOTHING, LIST("permutations.", " All "));
+}
+
+/* Of slopes signs are flipped, and only of terms residuals permuted; replicates have their own. */
+static void test_two_tests(void **state)
+{
+    (void)state;
+    says("trajectories",
+         "{\"inputs\":{\"permutations\":99},\"permutations\":99,\"relabellings\":720,\"exact\":"
+         "false,\"terms\":[{\"name\":\"label\"}],\"slope\":{\"permutations\":63,\"relabellings\":"
+         "64,\"exact\":true}}",
+         LIST("All 64 flips of signs of slopes were taken", "There were 99 permutations of terms."),
+         LIST("720"));
+    says("trajectories",
+         "{\"inputs\":{\"permutations\":99},\"permutations\":99,\"relabellings\":720,\"exact\":"
+         "false,\"terms\":[],\"slope\":{\"permutations\":63,\"relabellings\":64,\"exact\":true}}",
+         LIST("All 64 flips of signs of slopes were taken"), LIST("99 permutations"));
+    says("asymmetry",
+         "{\"inputs\":{\"permutations\":99},\"permutations\":63,\"relabellings\":64,\"exact\":true,"
+         "\"individual\":{\"value\":1},\"replicates\":{\"permutations\":99,\"relabellings\":1e6}}",
+         LIST("All 64 flips of signs were taken",
+              "There were 99 permutations of measurements within subjects."),
+         NOTHING);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_permutations),
+        cmocka_unit_test(test_two_tests),
+    };
+
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
