@@ -366,10 +366,8 @@ const struct api_process classify_process = {
         "Each member classified by those of other subjects, by one method or several; how often "
         "that is right, and how often by chance.",
     .methods =
-        "Labels were predicted by leave-one-out over subjects; template, registrations, mean and "
-        "components were made anew in each fold; accuracies have Wilson intervals of 95 %, with "
-        "the design effect of "
-        "100 relabellings",
+        "Labels were predicted by leave-one-out over subjects; accuracies have Wilson intervals of "
+        "95 %, with the design effect of 100 relabellings",
     .table = &table,
     .seconds = seconds,
     .respond_table = classify_respond_table,

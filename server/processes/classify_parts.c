@@ -351,9 +351,8 @@ const struct api_process classify_parts_process = {
                    "together, with their sizes and covariates if you like, beside what each "
                    "structure says alone.",
     .methods = "Labels were predicted by leave-one-out over subjects from all structures of a "
-               "subject together; templates, registrations, means and joint components were made "
-               "anew in each fold; accuracies have Wilson intervals of 95 %, with the design "
-               "effect of 100 relabellings",
+               "subject together; accuracies have Wilson intervals of 95 %, with the design effect "
+               "of 100 relabellings",
     .table = &table,
     .seconds = seconds,
 };

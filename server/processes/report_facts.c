@@ -7,6 +7,8 @@
  */
 #include "processes/report.h"
 
+#include <string.h>
+
 /* Options that a reader looks for, as sentences. */
 static const struct told {
     const char *name, *before, *after;
@@ -85,8 +87,90 @@ static void put_tests(FILE *out, const json_t *results)
     }
 }
 
+/* ---- Classifiers ----------------------------------------------------------------------------- */
+
+static const struct method {
+    const char *name, *words;
+} methods[] = {
+    {"srnf-gauss", "normal distributions on principal components of square-root normal fields"},
+    {"srnf-nn", "nearest neighbour by square-root normal fields"},
+    {"srm-gauss", "normal distributions on principal components of square-root maps"},
+    {"srm-nn", "nearest neighbour by square-root maps"},
+    {"harmonic-nn", "nearest neighbour by surfaces as parameterized"},
+    {"icp-nn", "nearest neighbour by closest points"},
+    {"spharm-pdm", "nearest neighbour by points that the first-order ellipsoids make correspond"},
+};
+
+static void put_method(FILE *out, const char *name)
+{
+    for (size_t m = 0; m < sizeof methods / sizeof methods[0]; m++) {
+        if (strcmp(methods[m].name, name) == 0) {
+            (void)fprintf(out, " The method %s was %s", name, methods[m].words);
+            return;
+        }
+    }
+    (void)fputs(" The method was ", out);
+    report_text(out, name);
+}
+
+/* As a list in a sentence: "template: the medoid" as "template (the medoid)". */
+static void put_things(FILE *out, const json_t *things)
+{
+    const json_t *one;
+    size_t k;
+
+    json_array_foreach(things, k, one)
+    {
+        const char *text = json_string_value(one), *more = text ? strstr(text, ": ") : NULL;
+        char first[64];
+
+        (void)fputs(k ? "; " : "", out);
+        (void)snprintf(first, sizeof first, "%.*s", more ? (int)(more - text) : 0,
+                       text ? text : "");
+        report_text(out, more ? first : (text ? text : ""));
+        if (more) {
+            (void)fputs(" (", out);
+            report_text(out, more + 2);
+            (void)fputs(")", out);
+        }
+    }
+}
+
+/* What each fold made anew, and what was made once for all of them. */
+static void put_refitted(FILE *out, const json_t *method)
+{
+    const json_t *refitted = json_object_get(method, "refitted");
+    const json_t *shared = json_object_get(method, "shared");
+
+    if (json_array_size(refitted) > 0) {
+        (void)fputs("; made anew in each fold, without the subject that was left out: ", out);
+        put_things(out, refitted);
+    }
+    if (json_array_size(shared) > 0) {
+        (void)fputs("; made once for all folds, of all subjects: ", out);
+        put_things(out, shared);
+    }
+    if (json_is_array(refitted) && json_array_size(refitted) == 0) {
+        (void)fputs("; nothing was made anew in a fold", out);
+    }
+}
+
+static void put_methods(FILE *out, const json_t *results)
+{
+    json_t *all = json_object_get(results, "methods"), *one;
+    const char *name;
+
+    json_object_foreach(all, name, one)
+    {
+        put_method(out, name);
+        put_refitted(out, one);
+        (void)fputs(".", out);
+    }
+}
+
 void report_facts(FILE *out, const json_t *results)
 {
     put_told(out, json_object_get(results, "inputs"));
+    put_methods(out, results);
     put_tests(out, results);
 }

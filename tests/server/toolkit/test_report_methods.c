@@ -118,11 +118,44 @@ static void test_two_tests(void **state)
          NOTHING);
 }
 
+#define TEMPLATE "\"template: the medoid\",\"registrations to it\""
+
+/* What folds had in common is never said to have been made anew in each of them. */
+static void test_folds(void **state)
+{
+    (void)state;
+    says(
+        "classify",
+        "{\"inputs\":{\"refit\":\"shared\"},\"methods\":{\"srnf-nn\":{\"refitted\":[],\"shared\":"
+        "[" TEMPLATE "]}}}",
+        LIST("The method srnf-nn was nearest neighbour by square-root normal fields; made once for "
+             "all folds, of all subjects: template (the medoid); registrations to it; nothing was "
+             "made anew in a fold."),
+        LIST("made anew in each fold"));
+    says("classify",
+         "{\"inputs\":{\"refit\":\"fold\"},\"methods\":{\"srnf-gauss\":{\"refitted\":[" TEMPLATE
+         ",\"mean\"],\"shared\":[]}}}",
+         LIST("srnf-gauss was normal distributions",
+              "made anew in each fold, without the subject "
+              "that was left out: template (the medoid); registrations to it; mean."),
+         LIST("made once", "nothing"));
+    says("classify-parts",
+         "{\"inputs\":{},\"methods\":{\"srm-nn\":{\"refitted\":[],\"shared\":[" TEMPLATE "]}}}",
+         LIST("square-root maps; made once"), LIST("made anew in each fold"));
+    says("classify",
+         "{\"inputs\":{},\"methods\":{\"icp-nn\":{\"refitted\":[],\"shared\":[\"distances between "
+         "pairs\"]}}}",
+         LIST("icp-nn was nearest neighbour by closest points; made once for all folds, of all "
+              "subjects: distances between pairs; nothing was made anew in a fold."),
+         LIST("template", "components"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_permutations),
         cmocka_unit_test(test_two_tests),
+        cmocka_unit_test(test_folds),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
