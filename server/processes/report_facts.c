@@ -14,7 +14,6 @@ static const struct told {
     const char *name, *before, *after;
 } told[] = {
     {"formula", " The formula was ", "."},
-    {"covariates", " Covariates were ", "."},
     {"lmax", " Shapes were described by spherical harmonics up to degree ", "."},
     {"bootstraps", " There were ", " bootstrap samples."},
 };
@@ -48,6 +47,46 @@ static void put_told(FILE *out, const json_t *given)
             report_scalar(out, value);
         }
         (void)fputs(told[i].after, out);
+    }
+}
+
+/* ---- Numbers beside shape -------------------------------------------------------------------- */
+
+static bool chose(const json_t *given, const char *name, const char *value)
+{
+    const char *text = json_string_value(json_object_get(given, name));
+
+    return text && strcmp(text, value) == 0;
+}
+
+/* Covariates by what was done with them, and sizes. */
+static void put_numbers(FILE *out, const json_t *results)
+{
+    const json_t *given = json_object_get(results, "inputs");
+    const json_t *features = json_object_get(results, "features");
+    const json_t *removed = json_object_get(results, "regressedOut");
+    const json_t *covariates = json_object_get(given, "covariates");
+
+    if (json_is_array(features)) {
+        (void)fputs(json_array_size(features) ? " Beside shape these numbers counted: "
+                                              : " Shape alone counted, without size",
+                    out);
+        put_list(out, features);
+        (void)fputs(".", out);
+    } else if (json_array_size(removed) > 0) {
+        (void)fputs(" Regressed out were ", out);
+        put_list(out, removed);
+        (void)fputs(": what the model without groups leaves was permuted (Freedman and Lane).",
+                    out);
+    } else if (json_array_size(covariates) > 0) {
+        (void)fputs(" Covariates were ", out);
+        put_list(out, covariates);
+        (void)fputs(".", out);
+    }
+    if (chose(given, "priors", "cohort")) {
+        (void)fputs(" Priors of the classes were their shares among the subjects.", out);
+    } else if (chose(given, "priors", "equal")) {
+        (void)fputs(" Priors of the classes were equal.", out);
     }
 }
 
@@ -158,8 +197,14 @@ static void put_refitted(FILE *out, const json_t *method)
 static void put_methods(FILE *out, const json_t *results)
 {
     json_t *all = json_object_get(results, "methods"), *one;
-    const char *name;
+    const char *name =
+        json_string_value(json_object_get(json_object_get(results, "inputs"), "method"));
 
+    if (name && json_is_array(json_object_get(results, "refitted"))) {
+        put_method(out, name);
+        put_refitted(out, results);
+        (void)fputs(".", out);
+    }
     json_object_foreach(all, name, one)
     {
         put_method(out, name);
@@ -171,6 +216,7 @@ static void put_methods(FILE *out, const json_t *results)
 void report_facts(FILE *out, const json_t *results)
 {
     put_told(out, json_object_get(results, "inputs"));
+    put_numbers(out, results);
     put_methods(out, results);
     put_tests(out, results);
 }

@@ -150,12 +150,33 @@ static void test_folds(void **state)
          LIST("template", "components"));
 }
 
+/* What counts beside shape is told by what the result says of it, not by the input covariates. */
+static void test_numbers(void **state)
+{
+    (void)state;
+    says("train",
+         "{\"inputs\":{\"scale\":\"shape-and-size\",\"covariates\":[\"EF\"],\"method\":"
+         "\"srnf-nn\",\"priors\":\"equal\"},\"features\":[\"size\",\"EF\"],\"refitted\":[" TEMPLATE
+         "]}",
+         LIST("Beside shape these numbers counted: size, EF.", "Priors of the classes were equal.",
+              "The method srnf-nn was nearest neighbour by square-root normal fields; made anew in "
+              "each fold"),
+         LIST("Covariates were"));
+    says("train", "{\"inputs\":{\"scale\":\"shape\",\"priors\":\"cohort\"},\"features\":[]}",
+         LIST("Shape alone counted, without size.",
+              "Priors of the classes were their shares among the subjects."),
+         LIST("Beside shape", "equal"));
+    says("compare-groups", "{\"inputs\":{\"covariates\":[]},\"regressedOut\":[]}", NOTHING,
+         LIST("Covariates were", "Regressed out", "Priors", "The method"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_permutations),
         cmocka_unit_test(test_two_tests),
         cmocka_unit_test(test_folds),
+        cmocka_unit_test(test_numbers),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
