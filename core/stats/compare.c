@@ -62,6 +62,7 @@
 #include "compare.h"
 #include "intervals.h"
 #include "maps.h"
+#include "srnf/regress.h"
 
 #include <cblas.h>
 #include <math.h>
@@ -71,8 +72,7 @@
 #define PERMUTATIONS_MAX ((size_t)10000000)
 #define N_MAX ((size_t)10000)
 #define PROGRESS_EMBED 0.3
-#define LEAST_FREEDOM 1e-9 /* of a group whose subjects the model fixes */
-#define ROUNDING 1e-13     /* of all SRNFs together: surfaces that are the same */
+#define ROUNDING 1e-13 /* of all SRNFs together: surfaces that are the same */
 
 struct srnf_compare_options srnf_compare_options_defaults(void)
 {
@@ -145,36 +145,35 @@ static int find_interval(const struct compare_run *run)
     return status;
 }
 
-/* How far subjects are from the mean of their group: residuals e of the whole model, whose squares
-   have 1 - h degrees of freedom each. And what that makes of p: the variance of the difference of
-   the means with a variance of each group, over that with one of all, as permutations have it. */
-static void find_spreads(const struct compare_run *run)
+/* Residuals e of the whole model have 1 - h degrees of freedom each. */
+static int find_spreads(const struct compare_run *run)
 {
     const struct compare_design *design = &run->design;
     size_t n = run->n;
     double square = run->out->distance * run->out->distance;
-    double freedom[2] = {0.0, 0.0}, squares[2] = {0.0, 0.0}, weight[2] = {0.0, 0.0};
-    double own, pooled;
+    double *squares = srnf_alloc(3, n * sizeof(double));
+    size_t *group = srnf_alloc(n, sizeof *group);
+    int status = squares && group ? SRNF_OK : SRNF_ENOMEM;
 
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < n && status == SRNF_OK; i++) {
         double c = design->contrast[i], rest = 1.0 - c * c / design->squared;
         double along = cblas_ddot((int)n, run->gram + i * n, 1, design->contrast, 1);
-        int k = run->group[i];
 
         for (size_t u = 0; u < design->nuisance; u++) {
             rest -= design->basis[u * n + i] * design->basis[u * n + i];
         }
-        squares[k] += run->gram[i * n + i] - 2.0 * c * along / design->squared + c * c * square;
-        freedom[k] += rest;
-        weight[k] += c * c;
+        group[i] = (size_t)run->group[i];
+        squares[i] = run->gram[i * n + i] - 2.0 * c * along / design->squared + c * c * square;
+        squares[n + i] = rest;
+        squares[2 * n + i] = c * c;
     }
-    pooled = (squares[0] + squares[1]) / (freedom[0] + freedom[1]);
-    for (size_t k = 0; k < 2; k++) {
-        squares[k] = freedom[k] > LEAST_FREEDOM ? fmax(squares[k], 0.0) / freedom[k] : pooled;
-        run->out->spread[k] = sqrt(squares[k]);
+    if (status == SRNF_OK) {
+        run->out->inflation =
+            srnf_spreads(n, 2, group, squares, squares + n, squares + 2 * n, run->out->spread);
     }
-    own = weight[0] * squares[0] + weight[1] * squares[1];
-    run->out->inflation = pooled > 0.0 ? own / (pooled * design->squared) : 1.0;
+    srnf_free(squares);
+    srnf_free(group);
+    return status;
 }
 
 static int observe(struct compare_run *run, const double *mean)
@@ -189,8 +188,8 @@ static int observe(struct compare_run *run, const double *mean)
     if (status == SRNF_OK) {
         run->observed = compare_global(run, block.contrasts);
         run->out->distance = sqrt(compare_square(run, block.contrasts));
-        find_spreads(run);
-        status = describe(run, mean, block.rows);
+        status = find_spreads(run);
+        status = status ? status : describe(run, mean, block.rows);
         status = status ? status : find_interval(run);
     }
     compare_block_close(&block);

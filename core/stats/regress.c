@@ -54,6 +54,7 @@ void srnf_regression_clear(struct srnf_regression *r)
         srnf_free(r->test_of[t].p);
         srnf_free(r->test_of[t].significance);
         srnf_free(r->test_of[t].fdr);
+        srnf_free(r->test_of[t].diagonal);
     }
     for (size_t k = 0; r->predicted && k < r->points; k++) {
         srnf_free(r->predicted[k].coefficients);
@@ -68,6 +69,8 @@ void srnf_regression_clear(struct srnf_regression *r)
     srnf_free(r->effect);
     srnf_free(r->normal);
     srnf_free(r->standard_error);
+    srnf_free(r->squares);
+    srnf_free(r->rest);
     *r = (struct srnf_regression){0};
 }
 

@@ -46,13 +46,13 @@ struct observed {
     double noise;        /* V */
     double kept;         /* k: of its fitted values */
     double fixed;        /* sum of T_ii h_i */
-    double *weights;     /* [n] T_ii */
+    double *weights;     /* [n] T_ii, of the result */
     double *crossed;     /* [tested][n] products of the tested with E Y */
 };
 
 struct drawing {
     struct regress_run *run;
-    double *rest;     /* [n] 1 - h_i; 0: the design fixes it */
+    double *rest;     /* [n] 1 - h_i, of the result; 0: the design fixes it */
     double *products; /* [n][n] of the rows of E Y */
     uint32_t *others; /* [count] subjects that the design does not fix */
     uint32_t count;
@@ -141,7 +141,7 @@ static int observe(struct drawing *d, size_t t, const double *e, const double *s
     struct observed *seen = &d->seen[t];
     double beside = regress_quadratic(run, model->reduced - 1, basis + n, scratch);
 
-    seen->weights = srnf_alloc(n, sizeof(double));
+    seen->weights = run->out->test_of[t].diagonal = srnf_alloc(n, sizeof(double));
     seen->crossed = srnf_alloc(model->tested, n * sizeof(double));
     if (!seen->weights || !seen->crossed) {
         return SRNF_ENOMEM;
@@ -172,10 +172,10 @@ static int open_drawing(struct drawing *d)
     size_t rows = run->design->columns + 1 > n ? run->design->columns + 1 : n;
     double *scratch = srnf_alloc(rows, n * sizeof(double));
     double *e = srnf_alloc(n, n * sizeof(double));
-    double *squares = srnf_alloc(n, sizeof(double));
+    double *squares = run->out->squares = srnf_alloc(n, sizeof(double));
     int status = SRNF_ENOMEM;
 
-    d->rest = srnf_alloc(n, sizeof(double));
+    d->rest = run->out->rest = srnf_alloc(n, sizeof(double));
     d->others = srnf_alloc(n, sizeof *d->others);
     d->products = srnf_alloc(n, n * sizeof(double));
     d->seen = srnf_alloc(tests + 1, sizeof *d->seen);
@@ -202,17 +202,14 @@ static int open_drawing(struct drawing *d)
     }
     srnf_free(scratch);
     srnf_free(e);
-    srnf_free(squares);
     return status;
 }
 
 static void close_drawing(struct drawing *d)
 {
     for (size_t t = 0; d->seen && t < d->run->design->tests; t++) {
-        srnf_free(d->seen[t].weights);
         srnf_free(d->seen[t].crossed);
     }
-    srnf_free(d->rest);
     srnf_free(d->others);
     srnf_free(d->products);
     srnf_free(d->seen);

@@ -63,6 +63,7 @@ struct srnf_regression_test {
     double max_p_value;     /* of the largest local statistic: the least of significance */
     double least;           /* the smallest p that the test can give */
     double *statistic, *p, *significance, *fdr; /* [P], as in struct srnf_comparison */
+    double *diagonal; /* [subjects] of the projection on what is tested: their part in it */
 };
 
 struct srnf_predicted_shape {
@@ -85,9 +86,10 @@ struct srnf_regression {
     double *coefficients;   /* [columns + 1][3][P] fields, the constant first */
     double *norms;          /* [columns + 1] of them in L2 */
     /* The displacement of the nodes that a unit of each column means: */
-    double *effect;                         /* [columns][P] its length */
-    double *normal;                         /* [columns][P] along the outward normal of the mean */
-    double *standard_error;                 /* [columns][P] of normal */
+    double *effect;         /* [columns][P] its length */
+    double *normal;         /* [columns][P] along the outward normal of the mean */
+    double *standard_error; /* [columns][P] of normal */
+    double *squares, *rest; /* [subjects] of their residuals, and the degrees of freedom of those */
     struct srnf_regression_test *test_of;   /* [tests] */
     struct srnf_predicted_shape *predicted; /* [points] */
 };
@@ -114,6 +116,18 @@ SRNF_CHECKED int srnf_regress(const struct srnf_sht *sht, size_t n, const double
                               const struct srnf_regress_options *options,
                               const struct srnf_context *context,
                               struct srnf_regression *regression, struct srnf_error *error);
+
+/*
+ * How far the subjects of each group are from what a model has for them, and the variance of what a
+ * test finds with these spreads over that with one for all, which a p by permutation rests on:
+ * above 1 p is too small for the means alone.
+ *   group             [in]  [n] below groups
+ *   squares, freedom  [in]  [n] of the residuals, and their degrees of freedom
+ *   weights           [in]  [n] the part of each in the variance of what is tested
+ *   spread            [out] [groups] root mean squares, unbiased
+ */
+double srnf_spreads(size_t n, size_t groups, const size_t *group, const double *squares,
+                    const double *freedom, const double *weights, double *spread);
 
 #pragma GCC visibility pop
 #ifdef __cplusplus

@@ -4,7 +4,6 @@
  */
 #include "processes/compare_groups.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,11 +12,11 @@
 #include "api/warnings.h"
 #include "toolkit/covariates.h"
 #include "toolkit/permutation_test.h"
+#include "toolkit/spreads.h"
 #include "toolkit/typicality.h"
 
 #define MAPS_TOLD 3     /* of the maps, in the document; all of them ride along in meshes */
 #define MAP_POINTWISE 4 /* is told as well */
-#define INFLATION 1.5   /* of a variance: p of .05 is then one of some .1 */
 
 struct store_maps compare_groups_maps(const struct compute_mean_outputs *mean,
                                       const struct srnf_comparison *comparison)
@@ -76,31 +75,17 @@ static json_t *map_json(const struct store_maps *maps)
     return map;
 }
 
-/* Permutations have one spread for all: where the smaller group scatters further p is too small for
-   the means alone, and where the larger one does, too large. */
 static void warn_of_spreads(json_t *document, const struct srnf_comparison *comparison)
 {
-    const json_t *groups = json_object_get(document, "groups");
-    const json_t *subjects = json_object_get(json_object_get(document, "groupSizes"), "subjects");
-    size_t wide = comparison->spread[1] > comparison->spread[0];
-    double inflation = comparison->inflation;
+    const struct spreads spreads = {
+        json_object_get(document, "groups"),
+        json_object_get(json_object_get(document, "groupSizes"), "subjects"),
+        comparison->spread,
+        comparison->inflation,
+        "The test asks whether the two groups differ",
+        "distanceInterval allows"};
 
-    if (inflation < INFLATION && inflation > 1.0 / INFLATION) {
-        return;
-    }
-    warning_add(warnings_of(document), "spreads-differ",
-                json_pack("{s:O, s:O, s:o}", "spreads", json_object_get(document, "spreads"),
-                          "subjects", subjects, "inflation", json_finite(inflation)),
-                "The %lld subjects of \"%.60s\" scatter %.2g times as far about their mean as the "
-                "%lld of \"%.60s\". The test asks whether the two groups differ in any way: for "
-                "their means alone pValue is too %s. distanceInterval allows for it, as groups of "
-                "one size do.",
-                (long long)json_integer_value(json_array_get(subjects, wide)),
-                json_string_value(json_array_get(groups, wide)),
-                comparison->spread[wide] / fmax(comparison->spread[1 - wide], DBL_MIN),
-                (long long)json_integer_value(json_array_get(subjects, 1 - wide)),
-                json_string_value(json_array_get(groups, 1 - wide)),
-                inflation > 1.0 ? "small" : "large");
+    spreads_warn(warnings_of(document), &spreads, NULL);
 }
 
 json_t *compare_groups_document(const struct compare *asked,

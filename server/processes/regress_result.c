@@ -14,6 +14,7 @@
 #include "toolkit/collinearity.h"
 #include "toolkit/outliers.h"
 #include "toolkit/permutation_test.h"
+#include "toolkit/spreads.h"
 #include "toolkit/typicality.h"
 
 struct document {
@@ -448,6 +449,8 @@ json_t *regress_document(struct jobs_run *run, const struct regress *asked,
     outliers_warn_design(members->cohort, d.root);
     collinearity_warn(warnings_of(d.root), d.design, &asked->design.design, members->n,
                       members->subjects);
+    spreads_warn_terms(warnings_of(d.root), d.design, &asked->design.design, members->n,
+                       members->subjects, found);
     warn_of_floors(&d);
     mean_warn_members(run, mean, d.root);
     typicality_warn_poses(warnings_of(d.root), &mean->outputs, members->subjects, NULL);

@@ -26,7 +26,8 @@
  *              or more are numbers: how many are, how many are not, and the first that is not; only
  *              where there are some
  *     missing  [{of, found: [..]}] of levels that other programs write for what is missing
- *     tests    [{kind: term, model or pair, term: number, levels, reduced, tested, merged}]
+ *     tests    [{kind: term, model or pair, term: number, levels, reduced, tested, merged}]; levels
+ *              of a pair, and of a term of one categorical factor
  * A name is that of a covariate, or else label, group (the label as well), time or side of members.
  * Texts, true and false, and C(x) are categorical, with treatment coding against the first level,
  * but all levels where R codes them so: in an interaction without that without the factor.

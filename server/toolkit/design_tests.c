@@ -54,6 +54,17 @@ static bool has_pairs(const struct design_build *build, size_t term, size_t colu
     return one && columns >= 2 && columns < DESIGN_PAIRS_LEVELS;
 }
 
+/* The levels of a term of one categorical factor, or NULL. */
+static json_t *levels_of(const struct design_build *build, size_t term)
+{
+    for (size_t f = 0; f < build->formula->factors; f++) {
+        if (build->formula->term[term] == UINT32_C(1) << f && build->factor[f].categorical) {
+            return build->factor[f].levels;
+        }
+    }
+    return NULL;
+}
+
 json_t *design_tests(const struct design_build *build, const struct design_columns *columns,
                      const json_t *terms)
 {
@@ -62,9 +73,10 @@ json_t *design_tests(const struct design_build *build, const struct design_colum
     for (size_t t = 0; t < json_array_size(terms); t++) {
         const json_t *own = json_object_get(json_array_get(terms, t), "columns");
 
-        (void)json_array_append_new(
-            tests, json_pack("{s:s, s:I, s:o, s:O, s:[]}", "kind", "term", "term", (json_int_t)t,
-                             "reduced", reduced_of(build, columns, t), "tested", own, "merged"));
+        (void)json_array_append_new(tests, json_pack("{s:s, s:I, s:o, s:O, s:[], s:O*}", "kind",
+                                                     "term", "term", (json_int_t)t, "reduced",
+                                                     reduced_of(build, columns, t), "tested", own,
+                                                     "merged", "levels", levels_of(build, t)));
     }
     for (size_t c = 0; c < columns->count; c++) {
         (void)json_array_append_new(all, json_integer((json_int_t)c));

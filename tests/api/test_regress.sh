@@ -95,6 +95,40 @@ execute compare-groups '{"cohort":"codes","register":false,"permutations":9,"cov
 is "$STATUS $(json "$CODES")" '200 [["coded",4,999,2,true]]' 'whatever reads the covariate'
 like "$(json '.warnings[] | select(.code == "covariate-far") | .detail')" '^coded is 999 in 2 of 18 members, member 4 ' 'in words'
 
+# Six subjects scatter three times as far as the eighteen others, about one mean.
+SPREAD=$(python3 - "$URL" <<'PYTHON'
+import json, math
+from service import send
+
+members, lmax = [], 4
+for i in range(24):
+    rows = {axis: [0.0] * (lmax + 1) ** 2 for axis in 'xyz'}
+    rows['x'][3], rows['y'][1], rows['z'][2] = 1.0, 1.0, 1.2
+    for axis in 'xyz':
+        for k in range(4, 16):
+            rows[axis][k] = (0.03 if i < 6 else 0.01) * math.sin(1.7 * (i + 1) * k + ord(axis) * k * k)
+    surface = send('/v1/surfaces', {'coefficients': {'lmax': lmax, **rows}})
+    members.append({'id': surface['id'], 'label': 'wide' if i < 6 else 'narrow',
+                    'covariates': {'arm': 'xy'[i % 2], 'three': 'w' if i < 6 else 'mn'[i % 2]}})
+print(json.dumps({'name': 'spread', 'members': members}))
+PYTHON
+)
+post_json /v1/cohorts "$SPREAD"
+spread() {
+    execute regress "{\"cohort\":\"spread\",\"register\":false,\"permutations\":99,\"bootstraps\":100,\"formula\":\"$1\"}"
+}
+warned='[.warnings[] | select(.code == "spreads-differ") | .figures]'
+spread 'shape ~ group + arm'
+is "$(json "$warned"' | map([.term, .levels, .subjects, .inflation > 1.5, .spreads[0] * 2 < .spreads[1]]) | tojson')" \
+    '[["group",["narrow","wide"],[18,6],true,true]]' 'of levels that scatter unequally it is told, and of no others'
+spread 'shape ~ group'
+cp "$BODY" "$SCRATCH/spread.json"
+execute compare-groups '{"cohort":"spread","register":false,"permutations":99}'
+is "$(json "$warned"'[0].inflation' | cut -c 1-6)" "$(jq -r "$warned"'[0].inflation' "$SCRATCH/spread.json" | cut -c 1-6)" \
+    'as compare-groups has it'
+spread 'shape ~ three'
+is "$(json "$warned"' | map([.term, .levels, .subjects]) | tojson')" '[["three",["m","n","w"],[9,9,6]]]' 'once for a term of three'
+
 # Cells that a spreadsheet left empty come as 0: no age of 0 among grown people, but a dose, a sign, a start.
 post_json /v1/cohorts "{\"name\":\"zeros\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value | .covariates += {
     empty: (if $i == 4 or $i == 9 then 0 else 41 + $i * 5 % 17 end), less: (if $i == 6 then -1 else 30 + $i * 3 % 11 end),
