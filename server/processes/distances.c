@@ -340,7 +340,7 @@ const struct api_process distances_process = {
     .title = "Distances between surfaces",
     .description = "The symmetric matrix of distances between the surfaces of a list or a cohort, "
                    "registered pair by pair or as they are parameterized.",
-    .methods = "Shapes were compared pair by pair",
+    .methods = "Shapes were compared pair by pair[ after elastic registration]",
     .table = &table,
     .seconds = distances_seconds,
     .respond_table = respond_table,

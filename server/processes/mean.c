@@ -109,7 +109,7 @@ const struct api_process mean_process = {
     .title = "Mean of a group",
     .description = "The Karcher mean: all surfaces registered to the mean SRNF, averaged, and so "
                    "on until it rests; then inverted once.",
-    .methods = "The Karcher mean of the shapes was taken in the space of square-root normal fields "
+    .methods = "The mean of the shapes was taken in the space of square-root normal fields "
                "(SRNFs)[, with all shapes registered to it elastically]",
     .table = &table,
     .seconds = mean_seconds,

@@ -94,6 +94,7 @@ struct report_methods {
     char build[512];        /* of the last row */
     char cohort[NAME_SIZE]; /* of the last paragraph, and how many shapes it had */
     size_t shapes;
+    bool srnfs; /* whether a job compared shapes by them */
 };
 
 /* False without memory; to be closed in any case. */
@@ -112,6 +113,10 @@ bool report_methods_close(struct report_methods *methods, FILE *out);
 /* What the inputs and the results of a job say that was done, as sentences that each begin with a
    space (report_facts.c). */
 void report_facts(FILE *out, const json_t *results);
+/* Whether a job compared shapes by square-root normal fields, and whether it had the choice to warp
+   them: not where surfaces were turned alone. */
+bool report_uses_srnfs(const json_t *results);
+bool report_warps(const json_t *results);
 
 /* ---- Tables (report_tables.c) ---------------------------------------------------------------- */
 

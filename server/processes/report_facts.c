@@ -213,10 +213,125 @@ static void put_methods(FILE *out, const json_t *results)
     }
 }
 
+/* ---- Registrations and means ----------------------------------------------------------------- */
+
+static const struct measure {
+    const char *name, *words;
+    bool warps;
+} metrics[] = {
+    {"srnf", "the L2 distance of their square-root normal fields (SRNFs)", true},
+    {"srm", "the L2 distance of their square-root maps", true},
+    {"harmonic", "the L2 distance of the surfaces as parameterized, after a rotation", false},
+    {"icp", "the root mean square distance of closest points, after rigid alignment", false},
+};
+
+/* NULL: of a process without the choice. */
+static const struct measure *metric_of(const json_t *results)
+{
+    for (size_t m = 0; m < sizeof metrics / sizeof metrics[0]; m++) {
+        if (chose(json_object_get(results, "inputs"), "metric", metrics[m].name)) {
+            return &metrics[m];
+        }
+    }
+    return NULL;
+}
+
+/* Whether one of the methods, if there are some, has a name that begins so. */
+static bool has_method(const json_t *results, const char *start)
+{
+    json_t *all = json_object_get(results, "methods"), *one;
+    const char *name;
+
+    json_object_foreach(all, name, one)
+    {
+        if (strncmp(name, start, strlen(start)) == 0) {
+            return true;
+        }
+    }
+    return !json_is_object(all);
+}
+
+bool report_uses_srnfs(const json_t *results)
+{
+    const struct measure *metric = metric_of(results);
+
+    return (!metric || metric == &metrics[0]) && has_method(results, "srnf-");
+}
+
+bool report_warps(const json_t *results)
+{
+    const struct measure *metric = metric_of(results);
+
+    return (!metric || metric->warps) && has_method(results, "sr");
+}
+
+/* Whether the mean came to rest, which makes a Karcher mean of it. */
+static void put_mean(FILE *out, const json_t *results)
+{
+    const json_t *pullback = json_object_get(results, "pullback");
+    const json_t *last = json_is_object(pullback) ? pullback : results;
+    const json_t *converged = json_object_get(results, "converged");
+    json_int_t n = json_integer_value(json_object_get(last, "iterations"));
+
+    if (json_is_object(pullback)) {
+        (void)fputs(" From there the mean by the elastic metric that SRNFs pull back to surfaces "
+                    "was sought.",
+                    out);
+    }
+    if (json_is_boolean(converged) && n > 0) {
+        (void)fprintf(out,
+                      json_is_true(converged)
+                          ? " The mean, a Karcher mean, came to rest in %lld iteration%s."
+                          : " The mean is where it was stopped, after %lld iteration%s, before it "
+                            "came to rest.",
+                      (long long)n, n == 1 ? "" : "s");
+    }
+}
+
+static void put_registration(FILE *out, const json_t *results)
+{
+    const json_t *given = json_object_get(results, "inputs");
+    const struct measure *metric = metric_of(results);
+
+    if (metric) {
+        (void)fprintf(out, " Distances were %s.", metric->words);
+    }
+    if (json_is_true(json_object_get(given, "commonPose")) && report_warps(results) &&
+        !json_is_false(json_object_get(given, "register"))) {
+        (void)fputs(" Registrations rotated nothing, as for shapes that share a pose.", out);
+    }
+    put_mean(out, results);
+}
+
+/* Tests whose level holds in the limit of many subjects alone: of the result, or of some terms. */
+static void put_level(FILE *out, const json_t *results)
+{
+    const char *asymptotic = "asymptotic", *before = " The level is asymptotic of the test of ";
+    const json_t *terms = json_object_get(results, "terms"), *term;
+    bool some = false;
+    size_t k;
+
+    if (chose(results, "level", asymptotic)) {
+        (void)fputs(" The level of the test is asymptotic: it holds in the limit of many subjects.",
+                    out);
+    }
+    json_array_foreach(terms, k, term)
+    {
+        if (chose(term, "level", asymptotic)) {
+            (void)fputs(some ? ", " : before, out);
+            report_scalar(out, json_object_get(term, "name"));
+            some = true;
+        }
+    }
+    (void)fputs(some ? ": it holds in the limit of many subjects." : "", out);
+}
+
 void report_facts(FILE *out, const json_t *results)
 {
     put_told(out, json_object_get(results, "inputs"));
+    put_registration(out, results);
     put_numbers(out, results);
     put_methods(out, results);
     put_tests(out, results);
+    put_level(out, results);
 }

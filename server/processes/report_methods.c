@@ -11,8 +11,9 @@
 #define LABELS_TOLD 8
 #define LIST_TOLD 12 /* elements of an option */
 
-/* What a process says of itself. Words in square brackets are of a registration. */
-static void put_sentence(FILE *out, const char *text, bool registered)
+/* What a process says of itself. Words in square brackets are of a registration. warps: whether
+   there is a choice to register. */
+static void put_sentence(FILE *out, const char *text, bool warps, bool registered)
 {
     char kept[SENTENCE_MAX];
     bool inside = false, depends = false;
@@ -22,13 +23,13 @@ static void put_sentence(FILE *out, const char *text, bool registered)
         if (*text == '[' || *text == ']') {
             inside = *text == '[';
             depends = true;
-        } else if (registered || !inside) {
+        } else if ((warps && registered) || !inside) {
             kept[n++] = *text;
         }
     }
     kept[n] = '\0';
     report_text(out, kept);
-    if (depends && !registered) {
+    if (depends && warps && !registered) {
         (void)fputs(". Shapes were not registered, but compared as they are parameterized", out);
     }
     (void)fputs(".", out);
@@ -163,13 +164,15 @@ void report_methods_add(struct report_methods *methods, const struct report_job 
 
     (void)fputs("<p>", out);
     if (process && process->methods) {
-        put_sentence(out, process->methods, !json_is_false(json_object_get(given, "register")));
+        put_sentence(out, process->methods, report_warps(results),
+                     !json_is_false(json_object_get(given, "register")));
     } else {
         report_text(out, process ? process->description : job->process);
     }
     put_group(methods, given);
     report_facts(out, results);
     (void)fputs("</p>", out);
+    methods->srnfs = methods->srnfs || report_uses_srnfs(results);
     put_row(methods, job, results);
 }
 
@@ -180,12 +183,14 @@ bool report_methods_close(struct report_methods *methods, FILE *out)
     whole = methods->words && fclose(methods->words) == 0 && whole;
     whole = methods->details && fclose(methods->details) == 0 && whole;
     if (whole && out) {
-        (void)fputs("<section class=\"methods\"><h2>Methods</h2><p>Shapes were compared with "
-                    "srnfd " SRNF_VERSION
-                    ", by their square-root normal fields (SRNFs; Xie, Jermyn, Kurtek "
-                    "and Srivastava, Numerical Inversion of SRNFs for Efficient Elastic Shape "
-                    "Analysis of Star-Shaped Objects, ECCV 2014).</p>",
-                    out);
+        (void)fprintf(out,
+                      "<section class=\"methods\"><h2>Methods</h2><p>Shapes were analysed with "
+                      "srnfd " SRNF_VERSION ".%s</p>",
+                      methods->srnfs
+                          ? " Square-root normal fields (SRNFs) are those of Xie, Jermyn, Kurtek "
+                            "and Srivastava, Numerical Inversion of SRNFs for Efficient Elastic "
+                            "Shape Analysis of Star-Shaped Objects, ECCV 2014."
+                          : "");
         (void)fwrite(methods->texts[0], 1, methods->sizes[0], out);
         (void)fputs("<h3>Options and versions</h3><table><thead><tr><th scope=\"col\">process</th>"
                     "<th scope=\"col\">job</th><th scope=\"col\">ended</th><th scope=\"col\">"

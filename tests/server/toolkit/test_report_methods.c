@@ -170,13 +170,85 @@ static void test_numbers(void **state)
          LIST("Covariates were", "Regressed out", "Priors", "The method"));
 }
 
+/* What compares no square-root normal fields is not said to; what warps nothing names no warp. */
+static void test_metrics(void **state)
+{
+    (void)state;
+    says("distances", "{\"inputs\":{\"metric\":\"srnf\",\"register\":true}}",
+         LIST("pair by pair after elastic registration.",
+              "Distances were the L2 distance of their "
+              "square-root normal fields (SRNFs).",
+              "ECCV 2014"),
+         LIST("not registered"));
+    says("distances", "{\"inputs\":{\"metric\":\"srm\",\"register\":false}}",
+         LIST("Shapes were not registered, but compared as they are parameterized.",
+              "square-root maps"),
+         LIST("elastic registration", "normal fields", "ECCV"));
+    says("distances", "{\"inputs\":{\"metric\":\"harmonic\",\"register\":true}}",
+         LIST("pair by pair. Distances were the L2 distance of the surfaces as parameterized"),
+         LIST("elastic", "normal fields", "ECCV"));
+    says("distances", "{\"inputs\":{\"metric\":\"icp\",\"register\":false}}",
+         LIST("closest points"), LIST("elastic", "not registered", "normal fields", "ECCV"));
+    says("classify", "{\"inputs\":{},\"methods\":{\"harmonic-nn\":{},\"icp-nn\":{}}}",
+         LIST("harmonic-nn was", "icp-nn was"), LIST("normal fields", "ECCV"));
+    says("classify", "{\"inputs\":{},\"methods\":{\"harmonic-nn\":{},\"srnf-nn\":{}}}",
+         LIST("ECCV 2014"), NOTHING);
+}
+
+#define ROTATED "Registrations rotated nothing, as for shapes that share a pose."
+
+static void test_means(void **state)
+{
+    (void)state;
+    says("mean",
+         "{\"inputs\":{\"register\":true,\"commonPose\":true,\"maxIterations\":1},\"iterations\":1,"
+         "\"converged\":false}",
+         LIST("The mean is where it was stopped, after 1 iteration, before it came to rest.",
+              ROTATED),
+         LIST("Karcher"));
+    says(
+        "pca",
+        "{\"inputs\":{\"register\":true,\"commonPose\":false},\"iterations\":6,\"converged\":true}",
+        LIST("The mean, a Karcher mean, came to rest in 6 iterations."), LIST("pose", "stopped"));
+    says(
+        "compare-groups",
+        "{\"inputs\":{\"register\":false,\"commonPose\":true},\"iterations\":2,\"converged\":true}",
+        LIST("Shapes were not registered"), LIST("pose"));
+    says("mean",
+         "{\"inputs\":{\"method\":\"pullback\"},\"iterations\":6,\"converged\":false,\"pullback\":"
+         "{\"iterations\":3,\"converged\":false}}",
+         LIST("pull back to surfaces was sought. The mean is where it was stopped, after 3"),
+         LIST("Karcher"));
+}
+
+/* Covariates that are regressed out are said to be, with what that means for the level. */
+static void test_levels(void **state)
+{
+    (void)state;
+    says("compare-groups",
+         "{\"inputs\":{\"covariates\":[\"S\",\"E\"]},\"regressedOut\":[\"S\",\"E\"],\"level\":"
+         "\"asymptotic\"}",
+         LIST("Regressed out were S, E: what the model without groups leaves was permuted "
+              "(Freedman and Lane).",
+              "The level of the test is asymptotic"),
+         LIST("Covariates were"));
+    says("regress",
+         "{\"inputs\":{},\"terms\":[{\"name\":\"age\",\"level\":\"asymptotic\"},{\"name\":\"x\","
+         "\"level\":\"exact\"},{\"name\":\"sex\",\"level\":\"asymptotic\"}]}",
+         LIST("The level is asymptotic of the test of age, sex: it holds in the limit of many "
+              "subjects."),
+         NOTHING);
+    says("compare-groups", "{\"inputs\":{},\"regressedOut\":[],\"level\":\"exact\"}", NOTHING,
+         LIST("asymptotic", "Regressed"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_permutations),
-        cmocka_unit_test(test_two_tests),
-        cmocka_unit_test(test_folds),
-        cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_permutations), cmocka_unit_test(test_two_tests),
+        cmocka_unit_test(test_folds),        cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_metrics),      cmocka_unit_test(test_means),
+        cmocka_unit_test(test_levels),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
