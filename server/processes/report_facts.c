@@ -288,6 +288,23 @@ static void put_mean(FILE *out, const json_t *results)
     }
 }
 
+/* Of the surfaces of a subject, whether their sizes counted. */
+static void put_scale(FILE *out, const json_t *results)
+{
+    const json_t *given = json_object_get(results, "inputs");
+
+    if (!json_object_get(results, "individual") && !json_object_get(results, "slope")) {
+        return;
+    }
+    if (chose(given, "scale", "shape")) {
+        (void)fputs(" Size was taken out: the surfaces of each subject were brought to one area, "
+                    "at their mean size.",
+                    out);
+    } else if (chose(given, "scale", "shape-and-size")) {
+        (void)fputs(" Surfaces were as large as they are, so that size counts.", out);
+    }
+}
+
 static void put_registration(FILE *out, const json_t *results)
 {
     const json_t *given = json_object_get(results, "inputs");
@@ -330,6 +347,7 @@ void report_facts(FILE *out, const json_t *results)
 {
     put_told(out, json_object_get(results, "inputs"));
     put_registration(out, results);
+    put_scale(out, results);
     put_numbers(out, results);
     put_methods(out, results);
     put_tests(out, results);

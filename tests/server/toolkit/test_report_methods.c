@@ -221,6 +221,25 @@ static void test_means(void **state)
          LIST("Karcher"));
 }
 
+/* Lengths with and without size differ by more than twice, so which they are is told. */
+static void test_scale(void **state)
+{
+    static const char *const processes_told[] = {"change", "asymmetry", "trajectories"};
+
+    (void)state;
+    for (size_t i = 0; i < 3; i++) {
+        says(processes_told[i], "{\"inputs\":{\"scale\":\"shape\"},\"individual\":{},\"slope\":{}}",
+             LIST("Size was taken out: the surfaces of each subject were brought to one area, at "
+                  "their mean size."),
+             LIST("as large as"));
+        says(processes_told[i],
+             "{\"inputs\":{\"scale\":\"shape-and-size\"},\"individual\":{},\"slope\":{}}",
+             LIST("Surfaces were as large as they are, so that size counts."), LIST("taken out"));
+    }
+    says("train", "{\"inputs\":{\"scale\":\"shape\"},\"features\":[]}", NOTHING,
+         LIST("taken out", "as large as"));
+}
+
 /* Covariates that are regressed out are said to be, with what that means for the level. */
 static void test_levels(void **state)
 {
@@ -248,7 +267,7 @@ int main(void)
         cmocka_unit_test(test_permutations), cmocka_unit_test(test_two_tests),
         cmocka_unit_test(test_folds),        cmocka_unit_test(test_numbers),
         cmocka_unit_test(test_metrics),      cmocka_unit_test(test_means),
-        cmocka_unit_test(test_levels),
+        cmocka_unit_test(test_levels),       cmocka_unit_test(test_scale),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
