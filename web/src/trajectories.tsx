@@ -40,6 +40,7 @@ export function Trajectories({ result }: { result: api.Outputs<'trajectories'> }
             <p>{t`In the mean the surface moves by`} <strong>{rate(slope.rate)}</strong>{t`; slopes of subjects vary about that by ${rate(slope.variation)}, with what each is measured wrongly by. The mean is ${figure(100 * slope.share.value)} % (95 %: ${slope.share.interval.map((v: number) => figure(100 * v)).join(' to ')} %) of all slopes, by squares.`}</p>
             <p>{result.within === null ? '' : t`Visits lie about their lines with a variance of ${spread(result.within, result.withinInterval)} of SRNFs. `}{t`Slopes differ between subjects with a variance of ${spread(result.between, result.betweenInterval)} of SRNFs. The mean slope is ${spread(slope.distance, slope.distanceInterval)} long in L2 of SRNFs.`}</p>
             <p class="quiet">{t`Lengths are root mean squares over the surface, in the unit of the meshes, which is taken to be the millimetre. ${result.weighted ? t`Slopes weigh by how well each is known.` : t`All slopes weigh the same.`}`}</p>
+            {result.inputs?.scale === 'shape' && <p><strong>{t`Size was taken out:`}</strong> {t`the surfaces of each subject were brought to one area, at their mean size. Slopes are those of shape alone.`}</p>}
             <Predicted process="trajectories" result={result} always={['time']} />
             <h2>{t`Subjects`}</h2>
             <div class="split"><TrajectoryCharts result={result} chosen={chosen} onChoose={setChosen} /></div>

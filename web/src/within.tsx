@@ -63,6 +63,7 @@ export function Within({ result }: { result: api.Outputs<'change'> | api.Outputs
                 : <p>{t`From ${first} to ${second} the surface moves by`} <strong>{estimate(result.change)}</strong> {t`in the mean, and subjects vary about that by ${estimate(result.variation)}.`}</p>}
             <p>{t`${sides ? t`The directional part` : t`The mean change`} is ${share(result.share)} of all ${sides ? t`asymmetry` : t`change`}, by squares. Whatever the ${sides ? t`side` : t`time`}, subjects differ from each other by ${estimate(result.individual)}. In L2 of SRNFs the mean is ${spread(result.distance, result.distanceInterval)} long.`}</p>
             <p class="quiet">{t`Lengths are root mean squares over the surface, in the unit of the meshes, which is taken to be the millimetre.`}</p>
+            {result.inputs?.scale === 'shape' && <p><strong>{t`Size was taken out:`}</strong> {t`the two surfaces of each subject were brought to one area, at their mean size. Lengths are those of shape alone.`}</p>}
             <TestedMaps surface={result.surface.id} test={result} beside={beside(sides ? 'asymmetry' : 'change')} />
             <p class="quiet">{t`Outward is positive${sides ? t`: there the right side is larger` : ''}. The region of confidence holds the mean at all points together, with 95 %.`}</p>
             {'replicates' in result && result.replicates && <Replicates of={result.replicates} subjects={result.subjects} />}
