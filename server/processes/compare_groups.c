@@ -57,8 +57,9 @@ static const struct process_output outputs[] = {
      "there are about as many as the smaller group has; or the groups' means are the same, or the "
      "subjects of each group, as of surfaces that are given twice."},
     {"spreads", OUTPUT_NUMBERS,
-     "Root mean square distance of a subject from the mean of its group, of both groups in the "
-     "order of groups, in the L2 norm of SRNFs, without the covariates' part."},
+     "How far subjects scatter about the mean of their group, of both groups in the order of "
+     "groups: the root of the sum of squared distances over the degrees of freedom, n - 1 less "
+     "what covariates take, in the L2 norm of SRNFs, without the covariates' part."},
     {"leastSignificance", OUTPUT_NUMBER,
      "Least value of significance on the map: p of the hypothesis that the groups differ nowhere."},
     {"leastFdr", OUTPUT_NUMBER,

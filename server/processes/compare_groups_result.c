@@ -83,7 +83,7 @@ static void warn_of_spreads(json_t *document, const struct srnf_comparison *comp
         comparison->spread,
         comparison->inflation,
         "The test asks whether the two groups differ",
-        "distanceInterval allows"};
+        isfinite(comparison->distance_interval[0]) ? "distanceInterval allows" : NULL};
 
     spreads_warn(warnings_of(document), &spreads, NULL);
 }

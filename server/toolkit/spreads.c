@@ -39,13 +39,15 @@ void spreads_warn(json_t *warnings, const struct spreads *spreads, json_t *figur
     warning_add(warnings, "spreads-differ", figures,
                 "The %lld subjects of \"%.60s\" scatter %.2g times as far about their mean as the "
                 "%lld of \"%.60s\". %.200s in any way: for their means alone pValue is too %s. "
-                "%.60s for it, as groups of one size do.",
+                "%.60s for it%s.",
                 (long long)json_integer_value(json_array_get(spreads->subjects, wide)),
                 json_string_value(json_array_get(spreads->groups, wide)),
                 spreads->spread[wide] / fmax(spreads->spread[narrow], DBL_MIN),
                 (long long)json_integer_value(json_array_get(spreads->subjects, narrow)),
                 json_string_value(json_array_get(spreads->groups, narrow)), spreads->test,
-                spreads->inflation > 1.0 ? "small" : "large", spreads->intervals);
+                spreads->inflation > 1.0 ? "small" : "large",
+                spreads->intervals ? spreads->intervals : "Groups of one size allow",
+                spreads->intervals ? ", as groups of one size do" : "");
 }
 
 /* ---- Terms ----------------------------------------------------------------------------------- */

@@ -14,7 +14,7 @@ struct spreads {
     const double *spread;            /* [groups], as of srnf_spreads */
     double inflation;                /* the same */
     const char *test;                /* "The test asks whether the two groups differ" */
-    const char *intervals;           /* "distanceInterval allows" */
+    const char *intervals;           /* "distanceInterval allows"; NULL: none is known */
 };
 /* Whether a variance is so much larger or smaller than p takes it to be. */
 bool spreads_matter(double inflation);

@@ -88,6 +88,11 @@ is "$(json '[.pValueIsFloor == (.pValue < 0.1000001), .leastSignificanceIsFloor 
     'both p are marked at the floor'
 is "$(warned p-floor)" 1 'which is warned of'
 is "$(json .level)" exact 'without covariates the test has its level'
+# Of two subjects no interval is known: nothing refers to it.
+cohort unequal '[{id: $a[0], label: "wide"}, {id: $b[0], label: "wide"}] + [range(1; 6) as $i | {id: $a[$i], label: "narrow"}]'
+execute compare-groups '{"cohort":"unequal","register":false,"permutations":19}'
+is "$STATUS $(json '.distanceInterval | tojson') $(warned spreads-differ)" '200 [null,null] 1' 'two subjects that scatter are warned of'
+unlike "$(json '.warnings[] | select(.code == "spreads-differ") | .detail')" 'distanceInterval allows' 'without an interval that is none'
 # The ages of the one group are those of the other: exchanged within a group they change what age explains.
 cohort aged '[range(6) as $i | {covariates: {age: (31 + ($i / 2 | floor))}} + ({id: $a[$i], label: "thalamus", subject: "t\($i / 2 | floor)"},
     {id: $b[$i], label: "pallidum", subject: "p\($i / 2 | floor)"})]'
