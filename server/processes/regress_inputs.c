@@ -11,15 +11,16 @@
 
 static void read_formula(struct process_inputs *inputs, const struct process_input *input)
 {
-    const char *text = json_string_value(json_object_get(inputs->given, input->name));
+    const json_t *value = json_object_get(inputs->given, input->name);
+    const char *text = json_string_value(value);
     struct formula *formula = srnf_alloc(1, sizeof *formula);
     char problem[FORMULA_PROBLEM_MAX];
 
     if (!formula) {
         json_memory_fail();
     } else if (!text) {
-        problem_add(inputs->list, "/inputs/formula",
-                    "is required: a formula, as shape ~ age + sex");
+        problem_add(inputs->list, "/inputs/formula", "%s a formula, as shape ~ age + sex",
+                    value && !json_is_null(value) ? "must be" : "is required:");
     } else if (!formula_parse(text, formula, problem)) {
         problem_add(inputs->list, "/inputs/formula", "%s", problem);
     } else {

@@ -353,6 +353,10 @@ refused() {
     regress "$1" "${3:-}"
     like "$STATUS $(json '.errors[0] | "\(.pointer) \(.detail)"')" "$2" "refused: $1"
 }
+for formula in 5 '["shape ~ age"]'; do
+    execute regress "{\"cohort\":\"study\",\"formula\":$formula}"
+    like "$STATUS $(json '.errors[0] | "\(.pointer) \(.detail)"')" '422 /inputs/formula must be a formula' "refused: the formula $formula"
+done
 refused 'shape ~ weight' '422 /inputs/formula no member of the cohort has a covariate "weight"; the cohort has .*"age"'
 refused 'shape ~ age + late' '3 of 18 members have no "late", member 0'
 refused 'shape ~ age + city' '2 of 18 members have no "city", member 4'
