@@ -52,7 +52,10 @@ static const struct process_output outputs[] = {
     {"subjects", OUTPUT_INTEGER,
      "That the surface was compared with: of a member of the model all others."},
     {"mahalanobis", OUTPUT_NUMBER,
-     "Root of the sum of squared scores over their variances, of the first components. Of a member "
+     "Root of the sum of squared scores over their variances, of the first components. With a "
+     "formula over the root of (1 + h) / (1 + 1 / members) as well, h the leverage of the "
+     "surface's covariates: what is expected far from those of the members is known less well. "
+     "Distance and residual are not so divided. Of a member "
      "of the model, as the next two, when its subject is left out."},
     {"residual", OUTPUT_NUMBER, "Norm of what no deviation of the members represents."},
     {"distance", OUTPUT_NUMBER, "From what is expected, the mean SRNF or a prediction."},
