@@ -69,8 +69,8 @@ double surface_record_number(const struct store_surface *surface, const char *na
                              double fallback);
 /* Where a surface was before it was centred, scaled and turned: x = scale R' f + origin. */
 struct surface_place {
-    bool known; /* otherwise origin is 0, rotation the identity */
-    bool image; /* made by the process mirror, which reflected origin as well */
+    bool known;           /* otherwise origin is 0, rotation the identity */
+    bool told, reflected; /* whether it lies where the mirror image of that does, if that is told */
     double scale, origin[3], rotation[9];
     double centroid[3]; /* of f: 0 but for rounding where it was centred; 0 where none is told */
     char mesh[STORE_ID_MAX]; /* whose coordinates x is in, through whatever surfaces; "": none's */

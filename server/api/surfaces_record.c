@@ -141,6 +141,7 @@ struct surface_place surface_record_place(const struct store_surface *surface)
     const json_t *rows = json_object_get(record, "rotation");
     const char *process =
         json_string_value(json_object_get(json_object_get(record, "source"), "process"));
+    const json_t *reflected = json_object_get(json_object_get(record, "frame"), "reflected");
     double rotation[9], origin[3], centroid[3];
 
     if (!(place.scale > 0.0)) {
@@ -149,7 +150,9 @@ struct surface_place surface_record_place(const struct store_surface *surface)
     place.known = read_vector(json_object_get(record, "origin"), origin);
     if (place.known) {
         memcpy(place.origin, origin, sizeof origin);
-        place.image = process && strcmp(process, "mirror") == 0;
+        /* The process mirror reflects origin as well, and told nothing else before frames did. */
+        place.told = json_is_boolean(reflected) || (process && strcmp(process, "mirror") == 0);
+        place.reflected = json_is_true(reflected);
         read_mesh(record, place.mesh);
     }
     if (read_vector(json_object_get(record, "centroid"), centroid)) {

@@ -268,15 +268,18 @@ static const char *route_of(struct jobs_run *run, const struct path *path, size_
     return routes_common(run, path->pair.bridged ? 1 : 2, ids, meshes);
 }
 
-static json_t *frame_of(const struct path *path, size_t i)
+static json_t *frame_of(struct jobs_run *run, const struct path *path,
+                        const struct surface_place *place, size_t i)
 {
     const char *first = path->pair.ends[0].id;
+    json_t *frame =
+        i == 0
+            ? surface_frame_json(first, "The coordinates that this surface came from.")
+            : surface_frame_json(first, "The coordinates that the first surface of the path came "
+                                        "from: the path stays where that was, and its last "
+                                        "surface is not where its own mesh was.");
 
-    return i == 0 ? surface_frame_json(first, "The coordinates that this surface came from.")
-                  : surface_frame_json(first,
-                                       "The coordinates that the first surface of the path came "
-                                       "from: the path stays where that was, and its last surface "
-                                       "is not where its own mesh was.");
+    return process_frame(run, first, place, frame);
 }
 
 /* Stores the surfaces of the path; their records, or NULL with the problem set. */
@@ -309,7 +312,7 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct path *path,
             .origin = place.known ? place.origin : NULL,
             .rotation = place.known ? place.rotation : NULL,
             .frame_mesh = place.mesh,
-            .frame = place.known ? frame_of(path, i) : NULL,
+            .frame = place.known ? frame_of(run, path, &place, i) : NULL,
         };
 
         (void)snprintf(name, sizeof name, "geodesic, t = %.4g", t);

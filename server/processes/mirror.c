@@ -272,9 +272,11 @@ static json_t *keep_image(struct jobs_run *run, const struct mirroring *mirrorin
         description.origin = place.origin;
         description.rotation = place.rotation;
         description.frame_mesh = place.mesh;
-        description.frame = surface_frame_json(
-            id, "The coordinates that the mirrored surface came from; the image lies on the other "
-                "side of the plane through their origin that it was reflected in.");
+        description.frame = process_frame(
+            run, id, &place,
+            surface_frame_json(id, "The coordinates that the mirrored surface came from; the image "
+                                   "lies on the other side of the plane through their origin that "
+                                   "it was reflected in."));
     }
     if (compute_measure(run, image->degree, 1, image->coefficients, &measures, result)) {
         json_decref(description.warnings);

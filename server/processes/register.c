@@ -318,10 +318,13 @@ static json_t *keep_surface(struct jobs_run *run, const struct pair *pair,
         .origin = place.known ? place.origin : NULL,
         .rotation = place.known ? rotation : NULL,
         .frame_mesh = place.mesh,
-        .frame = place.known ? surface_frame_json(
-                                   moving->id, "The coordinates that the moving surface came from: "
-                                               "it lies where it was before it was registered.")
-                             : NULL,
+        .frame = place.known
+                     ? process_frame(run, moving->id, &place,
+                                     surface_frame_json(
+                                         moving->id, "The coordinates that the moving surface came "
+                                                     "from: it lies where it was before it was "
+                                                     "registered."))
+                     : NULL,
     };
 
     /* Turned by what the moving one was turned by before, and then by the registration. */

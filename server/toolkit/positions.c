@@ -19,18 +19,6 @@ static bool is_turned(const double rotation[9])
     return false;
 }
 
-/* Whether it is the mirror image of what its place is of: that is where the surface was. What the
-   process mirror made has the place of the image already. */
-static bool is_image(struct jobs_run *run, const struct compute_surface *surface,
-                     const struct surface_place *place)
-{
-    bool encoded = !compute_is_mesh(surface->id) && !place->image &&
-                   process_mirrored(run, surface->id) !=
-                       (place->mesh[0] && process_mirrored(run, place->mesh));
-
-    return surface->mirrored != encoded;
-}
-
 /* Origin, and as far from it as the surface's centroid is, which was posted as it is. length: the
    root of its area as stored. */
 static void find_centroid(const struct surface_place *place, double length, double x[3])
@@ -65,7 +53,7 @@ static int place(struct jobs_run *run, const struct srnf_sht *sht,
         return compute_fail(result, status, NULL, "measuring the parts");
     }
     find_centroid(&place, exp(log_length), x);
-    if (is_image(run, surface, &place)) {
+    if (surface->mirrored != process_reflected(run, surface->id, &place)) {
         x[0] = 0.0 - x[0];
     }
     *area = place.scale * place.scale * exp(2.0 * log_length);

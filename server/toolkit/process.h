@@ -186,5 +186,11 @@ double process_scale(struct jobs_run *run, const char *id, double known);
 struct surface_place process_place(struct jobs_run *run, const struct compute_surface *surface);
 /* Whether the record of a surface or mesh says that it is a mirror image. */
 bool process_mirrored(struct jobs_run *run, const char *id);
+/* Whether a surface or mesh lies where the mirror image of what its place tells does: it was
+   encoded so, or reached from what was. */
+bool process_reflected(struct jobs_run *run, const char *id, const struct surface_place *place);
+/* The frame of what is in the place of that surface or mesh: the document, which tells it. */
+json_t *process_frame(struct jobs_run *run, const char *id, const struct surface_place *place,
+                      json_t *frame);
 
 #endif

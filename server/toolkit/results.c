@@ -257,3 +257,20 @@ bool process_mirrored(struct jobs_run *run, const char *id)
     store_surface_clear(&surface);
     return mirrored;
 }
+
+bool process_reflected(struct jobs_run *run, const char *id, const struct surface_place *place)
+{
+    if (compute_is_mesh(id)) {
+        return false;
+    }
+    return place->told ? place->reflected
+                       : process_mirrored(run, id) !=
+                             (place->mesh[0] && process_mirrored(run, place->mesh));
+}
+
+json_t *process_frame(struct jobs_run *run, const char *id, const struct surface_place *place,
+                      json_t *frame)
+{
+    (void)json_object_set_new(frame, "reflected", json_boolean(process_reflected(run, id, place)));
+    return frame;
+}

@@ -274,9 +274,11 @@ json_t *keep_reached(struct jobs_run *run, const char *process, const char *name
         description.origin = place.origin;
         description.rotation = place.rotation;
         description.frame_mesh = place.mesh;
-        description.frame = surface_frame_json(
-            reference,
-            "The coordinates that the surface came from which this one was reached from.");
+        description.frame = process_frame(
+            run, reference, &place,
+            surface_frame_json(
+                reference,
+                "The coordinates that the surface came from which this one was reached from."));
     }
     return process_keep_surface(run, &description, "the surface", result);
 }

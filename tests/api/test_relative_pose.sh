@@ -142,6 +142,13 @@ for scale in none unit-area; do
     placed "images-$scale" false
     mean_is "$SCRATCH/$scale.json" -1 'so have images that mirror made of them'
 done
+IDS=()
+for i in 0 1 2 3 4 5 6 7; do # half of the way to the next subject, where the first of the two lies
+    execute geodesic "{\"from\":\"${IMAGES[i]}\",\"to\":\"${IMAGES[(i + 2) % 8]}\",\"steps\":3,\"method\":\"linear\",\"register\":false}"
+    IDS+=("$(json '.surfaces[1].id')")
+done
+placed steps false
+compare "$(json '.positions.mean[1][0] - .positions.mean[0][0]')" '<' -0.4 'and steps between such images'
 cp "$SCRATCH/none.json" "$BODY"
 mean_is "$SCRATCH/unit-area.json" 1 'it is one whether they were centred when they came or not'
 

@@ -1230,6 +1230,7 @@ export interface components {
             frame?: {
                 of: string;
                 mesh?: string | null;
+                reflected?: boolean;
                 detail: string;
             } | null;
             rotation?: number[][];
