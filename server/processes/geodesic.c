@@ -439,9 +439,7 @@ const struct api_process geodesic_process = {
     .title = "Geodesic between two surfaces",
     .description = "The path between two surfaces, the second registered to the first unless that "
                    "is not wanted: each point of the straight line between their SRNFs, inverted.",
-    .methods = "The path between both shapes[, which were registered elastically,] is a geodesic "
-               "in the space of square-root normal fields "
-               "(SRNFs), each point of which was inverted",
+    .methods = "A path between both shapes[, which were registered elastically,] was computed",
     .table = &table,
     .seconds = geodesic_seconds,
 };

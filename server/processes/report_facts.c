@@ -213,6 +213,30 @@ static void put_methods(FILE *out, const json_t *results)
     }
 }
 
+/* ---- Paths ----------------------------------------------------------------------------------- */
+
+static const struct path {
+    const char *name, *words;
+} paths[] = {
+    {"srnf", "the straight line between their square-root normal fields (SRNFs), each point of "
+             "which was inverted numerically"},
+    {"closed-form", "the straight line between their square-root normal fields (SRNFs), each point "
+                    "of which was inverted by the formula for star-shaped surfaces"},
+    {"linear", "the straight line between the surfaces themselves"},
+    {"pullback", "the geodesic in the space of surfaces, by the metric that square-root normal "
+                 "fields (SRNFs) pull back to it"},
+};
+
+static void put_path(FILE *out, const json_t *results)
+{
+    for (size_t p = 0; json_object_get(results, "times") && p < sizeof paths / sizeof paths[0];
+         p++) {
+        if (chose(json_object_get(results, "inputs"), "method", paths[p].name)) {
+            (void)fprintf(out, " It is %s.", paths[p].words);
+        }
+    }
+}
+
 /* ---- Registrations and means ----------------------------------------------------------------- */
 
 static const struct measure {
@@ -346,6 +370,7 @@ static void put_level(FILE *out, const json_t *results)
 void report_facts(FILE *out, const json_t *results)
 {
     put_told(out, json_object_get(results, "inputs"));
+    put_path(out, results);
     put_registration(out, results);
     put_scale(out, results);
     put_numbers(out, results);

@@ -261,13 +261,26 @@ static void test_levels(void **state)
          LIST("asymptotic", "Regressed"));
 }
 
+/* A path is what its method makes of it. */
+static void test_paths(void **state)
+{
+    (void)state;
+    says("geodesic", "{\"inputs\":{\"method\":\"linear\"},\"times\":[0,1]}",
+         LIST("It is the straight line between the surfaces themselves."), LIST("inverted"));
+    says("geodesic", "{\"inputs\":{\"method\":\"pullback\"},\"times\":[0,1]}",
+         LIST("It is the geodesic in the space of surfaces"), LIST("inverted"));
+    says("geodesic", "{\"inputs\":{\"method\":\"srnf\"},\"times\":[0,1]}",
+         LIST("each point of which was inverted numerically."), NOTHING);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_permutations), cmocka_unit_test(test_two_tests),
-        cmocka_unit_test(test_folds),        cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_metrics),      cmocka_unit_test(test_means),
-        cmocka_unit_test(test_levels),       cmocka_unit_test(test_scale),
+        cmocka_unit_test(test_paths),     cmocka_unit_test(test_permutations),
+        cmocka_unit_test(test_two_tests), cmocka_unit_test(test_folds),
+        cmocka_unit_test(test_numbers),   cmocka_unit_test(test_metrics),
+        cmocka_unit_test(test_means),     cmocka_unit_test(test_levels),
+        cmocka_unit_test(test_scale),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
