@@ -103,8 +103,7 @@ struct srnf_comparison {
     struct srnf_permutation_test test; /* least is that of p_value and of the map */
     bool asymptotic;                   /* covariates: p has its level in large samples only */
     double distance; /* of the groups' means, in the L2 norm of SRNFs, covariates regressed out */
-    double distance_interval
-        [2];          /* 95 %; NAN: subjects are too few, or equal (core/stats/intervals.c) */
+    double distance_interval[2]; /* 95 %; NAN: subjects are too few or equal (intervals.c) */
     double spread[2]; /* root mean square distance of a subject from its group's mean, unbiased */
     double inflation; /* variance of the means' difference with these, over that with one spread for
                          all, which p rests on: above 1 p is too small for the means alone */

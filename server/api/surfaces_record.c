@@ -150,7 +150,7 @@ struct surface_place surface_record_place(const struct store_surface *surface)
     place.known = read_vector(json_object_get(record, "origin"), origin);
     if (place.known) {
         memcpy(place.origin, origin, sizeof origin);
-        /* The process mirror reflects origin as well, and told nothing else before frames did. */
+        /* The process mirror reflects origin as well; its older records do not say so. */
         place.told = json_is_boolean(reflected) || (process && strcmp(process, "mirror") == 0);
         place.reflected = json_is_true(reflected);
         read_mesh(record, place.mesh);
