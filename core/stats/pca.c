@@ -224,6 +224,19 @@ static void score(const struct fit *fit, struct srnf_pca *pca, size_t k)
     }
 }
 
+void stats_take_shares(struct srnf_pca *pca)
+{
+    double sum = 0.0;
+
+    for (size_t k = 0; k < pca->components; k++) {
+        sum += pca->eigenvalues[k];
+    }
+    pca->total_variance = fmax(pca->total_variance, sum);
+    for (size_t k = 0; k < pca->components; k++) {
+        pca->explained[k] = pca->eigenvalues[k] / pca->total_variance;
+    }
+}
+
 int srnf_pca_fit_within(const struct srnf_grid *grid, size_t n, const double *mean_q,
                         const double *registered_q, size_t max_components,
                         const struct srnf_context *context, struct srnf_pca *pca)
@@ -259,7 +272,6 @@ int srnf_pca_fit_within(const struct srnf_grid *grid, size_t n, const double *me
     }
     for (size_t k = 0; k < count; k++) {
         pca->eigenvalues[k] = fit.values[n - 1 - k];
-        pca->explained[k] = pca->eigenvalues[k] / pca->total_variance;
         combine(&fit, k, pca->modes + k * fit.size);
         orthonormalize(&fit, pca->modes, k);
         score(&fit, pca, k);
@@ -268,6 +280,7 @@ int srnf_pca_fit_within(const struct srnf_grid *grid, size_t n, const double *me
             break;
         }
     }
+    stats_take_shares(pca);
 out:
     clear_fit(&fit);
     if (status) {

@@ -202,7 +202,7 @@ void srnf_pca_interval(const struct srnf_pca *pca, size_t k, double eigenvalue[2
         first--;
     }
     eigenvalue[0] = eigenvalue[1] = pca->eigenvalues[k];
-    explained[0] = explained[1] = pca->eigenvalues[k] / pca->total_variance;
+    explained[0] = explained[1] = fmin(pca->eigenvalues[k] / pca->total_variance, 1.0);
     for (int uneven = 0; uneven < 2; uneven++) {
         struct rest rest = rest_of(pca, uneven);
         struct together below, above;

@@ -362,12 +362,12 @@ static int fill(struct largest *l)
         double *mode = pca->modes + k * l->m;
 
         pca->eigenvalues[k] = l->values[l->b - 1 - k];
-        pca->explained[k] = pca->eigenvalues[k] / pca->total_variance;
         combine(l, l->basis, k, mode);
         for (size_t i = 0; i < l->m; i++) {
             mode[i] /= l->root[i];
         }
     }
+    stats_take_shares(pca);
     status = stats_run(l->context, l->n, score_one, l, (struct stats_progress){0}, NULL);
     for (size_t k = 0; k < count && status == SRNF_OK; k++) {
         fix_sign(l, k);

@@ -94,6 +94,9 @@ void stats_weight(const struct srnf_grid *grid, size_t n, const double *q, const
 /* The matrix of products of the n rows of x, double[n][size]. SRNF_EINVAL: one is not finite. */
 SRNF_CHECKED int stats_gram(size_t n, size_t size, const double *x, double *gram,
                             struct srnf_error *error);
+/* Fills explained from eigenvalues. Where these sum to more than total_variance, which rounding can
+   make them, it becomes their sum: no share is above 1. */
+void stats_take_shares(struct srnf_pca *pca);
 /* Unit vectors of the nodes, double[P][3]. */
 void stats_nodes(const struct srnf_grid *grid, double *nodes);
 

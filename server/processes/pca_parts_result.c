@@ -149,8 +149,8 @@ static json_t *cumulative_json(const struct srnf_joint_pca *joint)
     double sum = 0.0;
 
     for (size_t k = 0; k < joint->components; k++) {
-        sum += joint->explained[k];
-        (void)json_array_append_new(array, json_finite(sum));
+        sum += joint->eigenvalues[k];
+        (void)json_array_append_new(array, json_finite(sum / joint->total_variance));
     }
     return array;
 }

@@ -125,6 +125,34 @@ static void eigenvalues_are_the_variances(void **state)
     close_model(&m);
 }
 
+/* Of each run of members, as rounding may have it: the trace is summed in another order. */
+static void no_share_is_above_one(void **state)
+{
+    struct model m;
+
+    (void)state;
+    open_model(&m, 1);
+    for (size_t first = 0; first + 2 <= N; first++) {
+        for (size_t n = 2; first + n <= N; n++) {
+            const double *q = m.mean.registered_q + first * 3 * m.g.points;
+            double *mean = shapes_doubles(3 * m.g.points);
+            struct srnf_pca pca;
+            double sum = 0.0;
+
+            stats_average(m.g.grid, n, q, mean);
+            assert_int_equal(srnf_pca_fit(m.g.grid, n, mean, q, n - 1, &pca), SRNF_OK);
+            for (size_t k = 0; k < pca.components; k++) {
+                sum += pca.eigenvalues[k];
+                assert_true(sum / pca.total_variance <= 1.0);
+                assert_true(pca.explained[k] <= 1.0);
+            }
+            srnf_pca_clear(&pca);
+            srnf_free(mean);
+        }
+    }
+    close_model(&m);
+}
+
 static void signs_are_fixed(void **state)
 {
     struct model m;
@@ -468,6 +496,7 @@ int main(void)
         cmocka_unit_test(modes_are_orthonormal),
         cmocka_unit_test(residuals_are_those_of_each),
         cmocka_unit_test(eigenvalues_are_the_variances),
+        cmocka_unit_test(no_share_is_above_one),
         cmocka_unit_test(signs_are_fixed),
         cmocka_unit_test(a_training_subject_has_its_own_scores),
         cmocka_unit_test(the_residual_is_what_is_left),
