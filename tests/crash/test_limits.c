@@ -221,7 +221,7 @@ static void a_job_that_takes_too_long_fails(void **state)
     memcpy(first, scene->mesh, sizeof first);
     upload(scene, 3, true);
     snprintf(inputs, sizeof inputs,
-             "{\"inputs\":{\"template\":\"%s\",\"moving\":\"%s\",\"degree\":12}}", first,
+             "{\"inputs\":{\"template\":\"%s\",\"moving\":\"%s\",\"degree\":31}}", first,
              scene->mesh);
     submit(scene, "register", inputs, id);
     wait_for_end(scene, id, status, code);
