@@ -10,6 +10,7 @@
 #include "config.h"
 #include "log.h"
 #include "main/executor.h"
+#include "main/kernels.h"
 #include "main/service.h"
 #include "main/token_command.h"
 #include "notify.h"
@@ -262,6 +263,7 @@ static int print_help(int n_arguments, char **arguments)
 
 int main(int argc, char **argv)
 {
+    kernels_choose(argv);
     (void)umask(077); /* nothing of the data is for others, whatever the folder allows */
     (void)signal(SIGXFSZ, SIG_IGN); /* a limit on file sizes is a full disk to whoever writes */
     for (int i = 1; i < argc; i++) {

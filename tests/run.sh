@@ -63,6 +63,9 @@ for kind in asan tsan; do
     fi
 done
 export SRNFD SRNFD_BUILD SRNFD_SANITIZED
+# Test programs compute with the kernels that the daemon chose for itself (server/main/kernels.h).
+OPENBLAS_CORETYPE=$("$SRNFD" version 2>/dev/null | sed -n 's/^openblas .*, //p')
+export OPENBLAS_CORETYPE
 export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_stack_use_after_return=1:allocator_may_return_null=1}
 export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1}
 export TSAN_OPTIONS=${TSAN_OPTIONS:-second_deadlock_stack=1:allocator_may_return_null=1}

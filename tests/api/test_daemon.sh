@@ -14,6 +14,15 @@ refuses() { # NAME STATUS WHY-REGEX ARGUMENTS..
 }
 
 like "$("$SRNFD" version)" 'srnfd +[0-9]+\.[0-9]+.*openblas' 'version names the libraries'
+# On a processor that OpenBLAS does not know it falls back to the kernels of one of 2004.
+core() { # [NAME=VALUE]
+    env -u OPENBLAS_CORETYPE "$@" "$SRNFD" version | sed -n 's/^openblas .*, //p'
+}
+if grep -w avx2 /proc/cpuinfo | grep -qw fma; then
+    is "$([ "$(core)" = Prescott ] && echo slow)" '' 'OpenBLAS has kernels for this processor'
+    is "$(core OPENBLAS_CORETYPE=Nehalem)" Nehalem 'or those that the environment names'
+    is "$(core OPENBLAS_CORETYPE=Prescott)" Prescott 'whatever they are'
+fi
 like "$("$SRNFD" help)" '--listen.*SRNFD_LISTEN' 'help lists the settings'
 is "$("$SRNFD" --help)" "$("$SRNFD" help)" '--help does, too'
 is "$("$SRNFD" serve --help)" "$("$SRNFD" help)" 'behind a command as well'
