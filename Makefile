@@ -171,6 +171,8 @@ $(patsubst %,$(O)/tests/core/%.o,$(OWN)): TEST_OPT_release := -O2 -g1
 # computed is the core.
 $(O)/server/%.o: CFLAGS += $(SERVER_OPT_$(CONFIG))
 SERVER_OPT_asan := -O0
+# It computes nothing itself, and compiles in five sixths of the time.
+SERVER_OPT_release := -O2
 
 # The transforms and what is built on them may fuse multiply and add; the exact predicates of the meshes may not.
 FUSED := harmonics linear srnf surface inversion registration geodesic pullback

@@ -4,6 +4,7 @@
 #include "main/kernels.h"
 
 #include <cblas.h>
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -38,8 +39,16 @@ void kernels_choose(char **arguments)
 {
     const char *given = getenv(VARIABLE);
     const char *better = kernels_better(openblas_get_corename(), this_processor());
+    char program[PATH_MAX];
+    ssize_t n;
 
-    if (better && !(given && given[0]) && setenv(VARIABLE, better, 1) == 0) {
-        (void)execv("/proc/self/exe", arguments);
+    if (!better || (given && given[0]) || setenv(VARIABLE, better, 1) != 0) {
+        return;
+    }
+    /* By its own path: a process that is started by the link is called "exe" by ps. */
+    n = readlink("/proc/self/exe", program, sizeof program - 1);
+    if (n > 0) {
+        program[n] = '\0';
+        (void)execv(program, arguments);
     }
 }

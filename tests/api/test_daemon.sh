@@ -20,6 +20,14 @@ core() { # [NAME=VALUE]
 }
 if grep -w avx2 /proc/cpuinfo | grep -qw fma; then
     is "$([ "$(core)" = Prescott ] && echo slow)" '' 'OpenBLAS has kernels for this processor'
+    env -u OPENBLAS_CORETYPE "$SRNFD" serve --listen 127.0.0.1:0 --data "$SCRATCH/named" </dev/null >/dev/null 2>"$SCRATCH/named.log" &
+    SERVER_PIDS+=("$!")
+    for _ in $(seq 100); do
+        [ -n "$(announced_address "$SCRATCH/named.log")" ] && break
+        sleep 0.05
+    done
+    is "$(cat "/proc/$!/comm")" "$(basename "$SRNFD")" '  and the process has the name of the program'
+    stop_server "$!"
     is "$(core OPENBLAS_CORETYPE=Nehalem)" Nehalem 'or those that the environment names'
     is "$(core OPENBLAS_CORETYPE=Prescott)" Prescott 'whatever they are'
 fi

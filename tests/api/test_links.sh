@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # test_links.sh - links in inputs to another server: off by default; what the settings allow and what they do not; what
 # a server may do to a request; what was fetched belongs to the caller, and a job needs that server no more.
+# srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 
 mkdir "$SCRATCH/files"

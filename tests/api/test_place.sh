@@ -3,6 +3,7 @@
 # in two ways are surfaces each in its own place, which travel with studies; and what older versions stored under the id
 # of the content alone is still that.
 # srnfd-test: once (where surfaces lie does not depend on the build)
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -4,6 +4,7 @@
 # may, not for a moment, the refusal names the quota, and what was there stays. Run by test_quota_ways.sh with
 # SRNFD_QUOTA_WAYS=all it tries a hundred.
 # srnfd-test: once (what is counted does not depend on the build)
+# srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 
 ALL=${SRNFD_QUOTA_WAYS-}

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # test_surfaces.sh - the surfaces resource: a surface given as coefficients, as a grid in JSON or as .npy comes
 # back as it was, in every representation, and wrong ones are answered by name.
+# srnfd-test: slow
 #
 # The surface is an ellipsoid of degree 4 whose points are known: f = (2 x, y, z / 2) on the unit sphere, off
 # its centre by (0, 0, 3). Y_1m = sqrt(3 / 4 pi) (y, z, x), so that the coefficients are factors of

@@ -3,6 +3,7 @@
  * centre does better, known kernels come out, and nothing depends on scale, place, pose or threads.
  *
  * srnfd-test: no-asan (core/surface/test_encode_adversarial.c runs its code)
+ * srnfd-test: slow
  */
 #include <setjmp.h>
 #include <stdarg.h>

@@ -4,6 +4,7 @@
  * known of ambiguity where rotations were not searched.
  *
  * srnfd-test: no-asan (test_register_memory.c and fuzz/test_api.sh run its code)
+ * srnfd-test: slow
  */
 #include "registrations.h"
 

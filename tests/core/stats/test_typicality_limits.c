@@ -1,6 +1,8 @@
 /*
  * test_typicality_limits.c - limits and percentiles of typicality: the share of members beyond
  * their limits, few and repeated references, and how often intervals of percentiles hold.
+ *
+ * srnfd-test: slow
  */
 #include "group.h"
 #include "stats/folds.h"

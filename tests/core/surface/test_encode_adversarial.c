@@ -2,6 +2,8 @@
  * test_encode_adversarial.c - meshes that a map to the sphere may get wrong: surfaces as programs
  * of marching cubes write them, and slivers, gaps of 1e-9, spikes, a folded flap and a needle. Each
  * becomes the surface that it is, or is refused by name; none becomes another shape.
+ *
+ * srnfd-test: slow
  */
 #include "core/figures.h"
 #include "support/meshes.h"
