@@ -200,8 +200,8 @@ SRNF_CHECKED int fine_steps_apply(struct fine_steps *steps, const double *potent
 
 /* ---- Gauss-Newton matrix and its factors (tabulated_matrix.c, tabulated_level.c) ------------- */
 
-/* registration_matrix of the data term, in single precision and from a table: it only shapes the
-   steps. Column-major, lower triangle. */
+/* registration_matrix of the data term, from a table and on a coarse grid: it only shapes the
+   steps. Column-major, lower triangle; what lies above it is undefined. */
 SRNF_CHECKED int tabulated_matrix(const struct tabulated_moving *moving, size_t degree,
                                   const struct srnf_context *context, double *matrix);
 

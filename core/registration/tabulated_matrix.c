@@ -1,32 +1,50 @@
 /*
- * tabulated_matrix.c - the Gauss-Newton matrix of the data term (matrix.c) in single precision.
+ * tabulated_matrix.c - the Gauss-Newton matrix of the data term (matrix.c) by products of harmonics.
  *
- * Columns D_k on a Gauss-Legendre grid of the moving surface's own, with a few rows more than the
- * degree of the fields, q from the table, and harmonics as products of a Legendre function and a
- * circular one. The matrix decides which way a step goes and never what is accepted: with rounding
- * of 1e-7 the steps are the same for all purposes.
+ * On a Gauss-Legendre grid of the moving surface's own, with a few rows more than the degree of the
+ * fields, q from the table. With b = (q_theta, q_phi, q), T = dP_lm/dtheta, F = m P_lm / sin theta
+ * and Y = -l (l + 1) P_lm / 2, all divided by sqrt(l (l + 1)), the columns of one (l, m) are the
+ * real and the imaginary parts of
+ *
+ *   G = exp(i m phi) (T b_0 + i F b_1 + Y b_2),   H = exp(i m phi) (T b_1 - i F b_0).
+ *
+ * So <D_k, D_j> is a sum over rows of Legendre functions times the Fourier coefficients of
+ * <b_a, D_j> at m, and those are Legendre functions times the coefficients of <b_a, b_c> at m + m'
+ * and m - m': six functions in place of a column of 3 n values for each unknown. The sums over phi
+ * are those of the nodes, and the matrix is that of the nodes to rounding.
+ *
+ * Cost: 18 multiply-adds for each row, pair of unknowns' (l, m) and kind of field; of degree 12 a
+ * thirtieth of a product of columns.
  */
 #include "tabulated.h"
 
 #include "harmonics/harmonics.h"
 
-#include <cblas.h>
 #include <math.h>
 #include <string.h>
 
 #define ROWS_OVER ((size_t)6)      /* the degree of the fields */
 #define ROWS_OVER_FINE ((size_t)8) /* of surfaces above degree 15 */
-/* Of a product that is done between two looks at cancellation; rows come in whole units. */
-#define ROWS_UNIT ((size_t)768)
-#define PRODUCT_OPERATIONS ((size_t)2000000000)
 
-struct columns {
-    size_t degree, count, n_theta, n_phi, n;
-    const struct srnf_grid *grid;
-    double *legendre; /* [3][order of (l, m)][n_theta]: P, dP/dtheta, m P / sin theta */
-    double *circular; /* [2][degree + 1][n_phi]: cos m phi, sin m phi */
-    float *q;         /* [3][3][n]: q, q_theta, q_phi, times the root of the weight */
-    float *columns;   /* [unknowns][3][n] */
+#define PRODUCTS ((size_t)6) /* of b with b */
+#define TORQUES ((size_t)6)  /* of b_0 and b_1 with e_j x q */
+#define WAVES ((size_t)4) /* half the sums and differences of the coefficients at m + m', m - m' */
+
+enum { SUM_COS, DIFFERENCE_COS, SUM_SIN, DIFFERENCE_SIN };
+
+/* Which product is <b_a, b_c>. */
+static const size_t product_of[3][3] = {{0, 1, 3}, {1, 2, 4}, {3, 4, 5}};
+
+struct assembly {
+    size_t degree, each, unknowns; /* each: of one kind of field */
+    size_t n_theta, n_phi, stride; /* rows, padded to whole vectors with zeros */
+    double *legendre;              /* [order of (l, m)][T, F, Y][stride] */
+    double *waves;                 /* [2 degree + 1][cos, sin][n_phi] */
+    double *nodes;                 /* [PRODUCTS + TORQUES][n_phi][stride], weighted */
+    double *spectra;               /* [PRODUCTS + TORQUES][2 degree + 1][cos, sin][stride] */
+    double *mixed;                 /* [PRODUCTS][WAVES][stride] */
+    double *fourier;               /* [3][cos, sin][stride]: of <b_a, D_j> */
+    double *matrix;
 };
 
 static size_t order_of(size_t l, size_t m)
@@ -34,127 +52,358 @@ static size_t order_of(size_t l, size_t m)
     return l * (l + 1) / 2 + m;
 }
 
-static void fill_functions(struct columns *c, double *p)
+static double *spectrum_at(const struct assembly *a, size_t function, size_t wave)
 {
-    size_t orders = order_of(c->degree, c->degree) + 1;
-    double *factors = p + orders;
+    return a->spectra + (function * (2 * a->degree + 1) + wave) * 2 * a->stride;
+}
 
-    sphere_legendre_factors(c->degree, factors);
-    for (size_t row = 0; row < c->n_theta; row++) {
-        sphere_legendre(c->degree, factors, c->grid->cos_theta[row], c->grid->sin_theta[row], p);
-        for (size_t l = 1; l <= c->degree; l++) {
+/* ---- Tables ---------------------------------------------------------------------------------- */
+
+/* scratch: (1 + LEGENDRE_FACTORS) for each (l, m). */
+static void fill_functions(struct assembly *a, const struct srnf_grid *grid, double *scratch)
+{
+    double *p = scratch;
+    double *factors = p + order_of(a->degree, a->degree) + 1;
+
+    sphere_legendre_factors(a->degree, factors);
+    for (size_t row = 0; row < a->n_theta; row++) {
+        sphere_legendre(a->degree, factors, grid->cos_theta[row], grid->sin_theta[row], p);
+        for (size_t l = 1; l <= a->degree; l++) {
+            double eigen = (double)(l * (l + 1));
+            double scale = 1.0 / sqrt(eigen);
+
             for (size_t m = 0; m <= l; m++) {
-                double *at = c->legendre + order_of(l, m) * c->n_theta + row;
+                double *at = a->legendre + 3 * order_of(l, m) * a->stride + row;
+                double d_theta, m_over_sin;
 
-                at[0] = (m > 0 ? sqrt(2.0) : 1.0) * p[order_of(l, m)];
-                sphere_legendre_gradient(factors, p, l, m, at + orders * c->n_theta,
-                                         at + 2 * orders * c->n_theta);
+                sphere_legendre_gradient(factors, p, l, m, &d_theta, &m_over_sin);
+                at[0] = scale * d_theta;
+                at[a->stride] = scale * m_over_sin;
+                at[2 * a->stride] =
+                    -0.5 * scale * eigen * (m > 0 ? sqrt(2.0) : 1.0) * p[order_of(l, m)];
             }
         }
     }
-    for (size_t m = 0; m <= c->degree; m++) {
-        for (size_t k = 0; k < c->n_phi; k++) {
-            double angle = 2.0 * SRNF_PI * (double)(m * k % c->n_phi) / (double)c->n_phi;
+    for (size_t m = 0; m <= 2 * a->degree; m++) {
+        for (size_t k = 0; k < a->n_phi; k++) {
+            double angle = 2.0 * SRNF_PI * (double)(m * k % a->n_phi) / (double)a->n_phi;
 
-            c->circular[m * c->n_phi + k] = cos(angle);
-            c->circular[(c->degree + 1 + m) * c->n_phi + k] = sin(angle);
+            a->waves[2 * m * a->n_phi + k] = cos(angle);
+            a->waves[(2 * m + 1) * a->n_phi + k] = sin(angle);
         }
     }
 }
 
-/* One row of nodes of the columns of P_lm times `value`, whose derivative by phi is m times `turn`.
-   gradient, turned: [3][n], at the row. */
-SIMD_INLINE void fill_row(const struct columns *c, size_t row, const double legendre[3],
-                          const double *value, const double *turn, double sign, double eigen,
-                          float *gradient, float *turned)
+/* Products at the nodes, and the block of the rotations, which has no harmonics. */
+static void fill_products(struct assembly *a, const struct tabulated_target *grid,
+                          const struct cloud *cloud)
 {
-    double scale = 1.0 / sqrt(eigen);
-    size_t first = row * c->n_phi;
-    float y = (float)(-0.5 * scale * eigen * legendre[0]);
-    float t = (float)(scale * legendre[1]);
-    float f = (float)(scale * sign * legendre[2]);
+    double space[9] = {0.0};
 
-    for (size_t k = 0; k < 3; k++) {
-        const float *q = c->q + k * c->n + first;
-        const float *q_theta = c->q + (3 + k) * c->n + first;
-        const float *q_phi = c->q + (6 + k) * c->n + first;
-        float *g = gradient + k * c->n + first;
-        float *h = turned + k * c->n + first;
+    for (size_t i = 0; i < a->n_theta * a->n_phi; i++) {
+        double *at = a->nodes + i % a->n_phi * a->stride + i / a->n_phi;
+        size_t next = a->n_phi * a->stride;
+        double weight = grid->weight[i];
+        double b[3][3];
 
-        for (size_t i = 0; i < c->n_phi; i++) {
-            float a = t * (float)value[i];
-            float b = f * (float)turn[i];
+        for (size_t k = 0; k < 3; k++) {
+            b[0][k] = cloud->q_1[k][i];
+            b[1][k] = cloud->q_2[k][i];
+            b[2][k] = cloud->q[k][i];
+        }
+        for (size_t u = 0; u < 3; u++) {
+            for (size_t v = 0; v <= u; v++) {
+                at[product_of[u][v] * next] = weight * vector_dot(b[u], b[v]);
+            }
+        }
+        for (size_t u = 0; u < 2; u++) {
+            double turned[3]; /* <b, e_j x q> = <e_j, q x b> */
 
-            g[i] = a * q_theta[i] + b * q_phi[i] + y * (float)value[i] * q[i];
-            h[i] = a * q_phi[i] - b * q_theta[i];
+            vector_cross(b[2], b[u], turned);
+            for (size_t j = 0; j < 3; j++) {
+                at[(PRODUCTS + 3 * u + j) * next] = weight * turned[j];
+            }
+        }
+        for (size_t j = 0; j < 9; j++) {
+            double square = j % 4 == 0 ? vector_dot(b[2], b[2]) : 0.0;
+
+            space[j] += weight * (square - b[2][j / 3] * b[2][j % 3]);
+        }
+    }
+    for (size_t j = 0; j < 3; j++) {
+        for (size_t k = j; k < 3; k++) {
+            a->matrix[(2 * a->each + j) * a->unknowns + 2 * a->each + k] = space[3 * j + k];
         }
     }
 }
 
-SRNF_HOT static void fill_columns(struct columns *c)
+/* sum over phi of a function times one wave, all rows */
+SRNF_HOT static void sum_wave(const struct assembly *a, const double *function, const double *wave,
+                              double *out)
 {
-    size_t orders = order_of(c->degree, c->degree) + 1;
-    size_t each = c->count - 1;
-    const double *cosine = c->circular;
-    const double *sine = c->circular + (c->degree + 1) * c->n_phi;
+    for (size_t row = 0; row < a->stride; row += SRNF_LANES) {
+        simd sum = SIMD_SET(0.0);
 
-    for (size_t l = 1; l <= c->degree; l++) {
-        for (size_t at = l * l; at < (l + 1) * (l + 1); at++) {
-            bool even = at >= l * l + l; /* cos m phi, as against sin m phi */
-            size_t m = even ? at - l * l - l : l * l + l - at;
-            float *gradient = c->columns + (at - 1) * 3 * c->n;
+        for (size_t k = 0; k < a->n_phi; k++) {
+            simd v;
 
-            for (size_t row = 0; row < c->n_theta; row++) {
-                const double *p = c->legendre + order_of(l, m) * c->n_theta + row;
-                const double functions[3] = {p[0], p[orders * c->n_theta],
-                                             p[2 * orders * c->n_theta]};
+            SIMD_LOAD(v, function + k * a->stride + row);
+            sum += SIMD_SET(wave[k]) * v;
+        }
+        SIMD_STORE(out + row, sum);
+    }
+}
 
-                fill_row(c, row, functions, (even ? cosine : sine) + m * c->n_phi,
-                         (even ? sine : cosine) + m * c->n_phi, even ? -1.0 : 1.0,
-                         (double)(l * (l + 1)), gradient, gradient + each * 3 * c->n);
+static void fill_spectra(struct assembly *a)
+{
+    for (size_t f = 0; f < PRODUCTS + TORQUES; f++) {
+        const double *function = a->nodes + f * a->n_phi * a->stride;
+        size_t most = f < PRODUCTS ? 2 * a->degree : a->degree;
+
+        for (size_t m = 0; m <= most; m++) {
+            for (size_t part = 0; part < 2; part++) {
+                sum_wave(a, function, a->waves + (2 * m + part) * a->n_phi,
+                         spectrum_at(a, f, m) + part * a->stride);
             }
         }
     }
-    for (size_t j = 0; j < 3; j++) { /* e_j x q */
-        float *column = c->columns + (2 * each + j) * 3 * c->n;
-        size_t u = (j + 1) % 3;
-        size_t v = (j + 2) % 3;
+}
 
-        for (size_t i = 0; i < c->n; i++) {
-            column[j * c->n + i] = 0.0F;
-            column[u * c->n + i] = -c->q[v * c->n + i];
-            column[v * c->n + i] = c->q[u * c->n + i];
+/* ---- Entries --------------------------------------------------------------------------------- */
+
+/* What <b_a, b_c> has at m + m' and at m - m', for columns of order m' by those of order m. */
+static void mix(struct assembly *a, size_t m, size_t other)
+{
+    size_t apart = m > other ? m - other : other - m;
+    double sign = m < other ? -1.0 : 1.0; /* of the sines */
+
+    for (size_t f = 0; f < PRODUCTS; f++) {
+        const double *sum = spectrum_at(a, f, m + other);
+        const double *difference = spectrum_at(a, f, apart);
+        double *out = a->mixed + f * WAVES * a->stride;
+
+        for (size_t row = 0; row < a->stride; row++) {
+            double s = sum[a->stride + row];
+            double d = sign * difference[a->stride + row];
+
+            out[SUM_COS * a->stride + row] = 0.5 * (sum[row] + difference[row]);
+            out[DIFFERENCE_COS * a->stride + row] = 0.5 * (sum[row] - difference[row]);
+            out[SUM_SIN * a->stride + row] = 0.5 * (s + d);
+            out[DIFFERENCE_SIN * a->stride + row] = 0.5 * (s - d);
         }
     }
 }
 
-/* q at the nodes, by the table. */
-static int fill_q(struct columns *c, const struct tabulated_moving *moving)
+/* One column: its Legendre functions, and which of the two parts and kinds it is. */
+struct column {
+    const double *legendre;
+    bool sine, turned;
+};
+
+/* out <- T t + F f + Y y over all rows; turned: out <- T f - F t, with what t and f are of it. */
+SIMD_INLINE void combine(const struct assembly *a, const double *legendre, const double *t,
+                         const double *f, const double *y, double signs[2], double *out)
 {
+    for (size_t row = 0; row < a->stride; row += SRNF_LANES) {
+        simd sum, l, v;
+
+        SIMD_LOAD(l, legendre + row);
+        SIMD_LOAD(v, t + row);
+        sum = SIMD_SET(signs[0]) * l * v;
+        if (y) {
+            SIMD_LOAD(l, legendre + 2 * a->stride + row);
+            SIMD_LOAD(v, y + row);
+            sum += SIMD_SET(signs[0]) * l * v;
+        }
+        SIMD_LOAD(l, legendre + a->stride + row);
+        SIMD_LOAD(v, f + row);
+        sum += SIMD_SET(signs[1]) * l * v;
+        SIMD_STORE(out + row, sum);
+    }
+}
+
+/* a->fourier <- the coefficients of <b_a, D_j> at m, from what was mixed. With s and d for half of
+   sums and differences, of the cosine: T s cos - F d sin + Y s cos, and T s sin + F d cos + Y s sin;
+   of the sine: T d sin + F s cos + Y d sin, and -T d cos + F s sin - Y d cos. A turned field has b_1
+   in place of b_0, b_0 in place of b_1, -F in place of F, and no Y. */
+SRNF_HOT static void fill_fourier(struct assembly *a, const struct column *j)
+{
+    static const size_t waves[2][2][2] = {{{SUM_COS, DIFFERENCE_SIN}, {SUM_SIN, DIFFERENCE_COS}},
+                                          {{DIFFERENCE_SIN, SUM_COS}, {DIFFERENCE_COS, SUM_SIN}}};
+    static const double signs[2][2][2] = {{{1.0, -1.0}, {1.0, 1.0}}, {{1.0, 1.0}, {-1.0, 1.0}}};
+
+    for (size_t k = 0; k < (j->turned ? 2 : 3); k++) {
+        const double *t = a->mixed + product_of[k][j->turned ? 1 : 0] * WAVES * a->stride;
+        const double *f = a->mixed + product_of[k][j->turned ? 0 : 1] * WAVES * a->stride;
+        const double *y = a->mixed + product_of[k][2] * WAVES * a->stride;
+
+        for (size_t part = 0; part < 2; part++) {
+            const size_t *wave = waves[j->sine][part];
+            double sign[2] = {signs[j->sine][part][0], signs[j->sine][part][1]};
+
+            sign[1] = j->turned ? -sign[1] : sign[1];
+            combine(a, j->legendre, t + wave[0] * a->stride, f + wave[1] * a->stride,
+                    j->turned ? NULL : y + wave[0] * a->stride, sign,
+                    a->fourier + (2 * k + part) * a->stride);
+        }
+    }
+}
+
+/* The two parts of G with a column, real and imaginary. */
+SIMD_INLINE void sum_gradient(const struct assembly *a, const double *legendre, double out[2])
+{
+    const double *fourier = a->fourier;
+    size_t stride = a->stride;
+    simd re = SIMD_SET(0.0), im = SIMD_SET(0.0);
+
+    for (size_t row = 0; row < stride; row += SRNF_LANES) {
+        simd t, f, y, v;
+
+        SIMD_LOAD(t, legendre + row);
+        SIMD_LOAD(f, legendre + stride + row);
+        SIMD_LOAD(y, legendre + 2 * stride + row);
+        SIMD_LOAD(v, fourier + row);
+        re += t * v;
+        SIMD_LOAD(v, fourier + stride + row);
+        im += t * v;
+        SIMD_LOAD(v, fourier + 2 * stride + row);
+        im += f * v;
+        SIMD_LOAD(v, fourier + 3 * stride + row);
+        re -= f * v;
+        SIMD_LOAD(v, fourier + 4 * stride + row);
+        re += y * v;
+        SIMD_LOAD(v, fourier + 5 * stride + row);
+        im += y * v;
+    }
+    out[0] = SIMD_SUM(re);
+    out[1] = SIMD_SUM(im);
+}
+
+/* The same of H. */
+SIMD_INLINE void sum_turned(const struct assembly *a, const double *legendre, double out[2])
+{
+    const double *fourier = a->fourier;
+    size_t stride = a->stride;
+    simd re = SIMD_SET(0.0), im = SIMD_SET(0.0);
+
+    for (size_t row = 0; row < stride; row += SRNF_LANES) {
+        simd t, f, v;
+
+        SIMD_LOAD(t, legendre + row);
+        SIMD_LOAD(f, legendre + stride + row);
+        SIMD_LOAD(v, fourier + row);
+        im -= f * v;
+        SIMD_LOAD(v, fourier + stride + row);
+        re += f * v;
+        SIMD_LOAD(v, fourier + 2 * stride + row);
+        re += t * v;
+        SIMD_LOAD(v, fourier + 3 * stride + row);
+        im += t * v;
+    }
+    out[0] = SIMD_SUM(re);
+    out[1] = SIMD_SUM(im);
+}
+
+/* Both columns of an (l, m), whose first is `first`, with column j: entries step apart. */
+SIMD_INLINE void put(const double parts[2], size_t l, size_t m, size_t first, size_t step,
+                     double *column)
+{
+    size_t middle = first + l * l + l - 1;
+
+    column[(middle + m) * step] = parts[0];
+    if (m > 0) {
+        column[(middle - m) * step] = parts[1];
+    }
+}
+
+/* All G and H of order m, from some l on, with the column that a->fourier is of. Entries of the
+   column are step apart. */
+SRNF_HOT static void sum_orders(const struct assembly *a, size_t m, size_t gradients, size_t turned,
+                                size_t step, double *column)
+{
+    double parts[2];
+
+    for (size_t l = gradients > m ? gradients : m; l <= a->degree; l++) {
+        sum_gradient(a, a->legendre + 3 * order_of(l, m) * a->stride, parts);
+        put(parts, l, m, 0, step, column);
+    }
+    for (size_t l = turned > m ? turned : m; l <= a->degree; l++) {
+        sum_turned(a, a->legendre + 3 * order_of(l, m) * a->stride, parts);
+        put(parts, l, m, a->each, step, column);
+    }
+}
+
+/* The columns of the fields of order `other` and degree l by all of order m. What lies above the
+   diagonal is left out, or, of the same l, overwritten by nothing that is read. */
+static void fill_columns(struct assembly *a, size_t m, size_t other, size_t l)
+{
+    for (size_t kind = 0; kind < 4; kind++) {
+        const struct column j = {a->legendre + 3 * order_of(l, other) * a->stride, kind & 1,
+                                 kind & 2};
+        size_t at = l * l + (j.sine ? l - other : l + other) - 1 + (j.turned ? a->each : 0);
+
+        if (j.sine && other == 0) {
+            continue;
+        }
+        fill_fourier(a, &j);
+        sum_orders(a, m, j.turned ? a->degree + 1 : l, j.turned ? l : 1, 1,
+                   a->matrix + at * a->unknowns);
+    }
+}
+
+/* The rows of the rotation in space by all fields of order m. */
+static void fill_torques(struct assembly *a, size_t m)
+{
+    for (size_t j = 0; j < 3; j++) {
+        for (size_t k = 0; k < 2; k++) {
+            memcpy(a->fourier + 2 * k * a->stride, spectrum_at(a, PRODUCTS + 3 * k + j, m),
+                   2 * a->stride * sizeof(double));
+        }
+        memset(a->fourier + 4 * a->stride, 0, 2 * a->stride * sizeof(double));
+        sum_orders(a, m, 1, 1, a->unknowns, a->matrix + 2 * a->each + j);
+    }
+}
+
+static int fill_matrix(struct assembly *a, const struct srnf_context *context)
+{
+    for (size_t other = 0; other <= a->degree; other++) {
+        if (srnf_is_canceled(context)) {
+            return SRNF_ECANCELED;
+        }
+        for (size_t m = 0; m <= a->degree; m++) {
+            mix(a, m, other);
+            for (size_t l = other > 0 ? other : 1; l <= a->degree; l++) {
+                fill_columns(a, m, other, l);
+            }
+        }
+        fill_torques(a, other);
+    }
+    return SRNF_OK;
+}
+
+/* ---- Driver ---------------------------------------------------------------------------------- */
+
+/* q at the nodes, by the table, and all products. */
+static int sample(struct assembly *a, const struct srnf_grid *grid,
+                  const struct tabulated_moving *moving)
+{
+    size_t n = a->n_theta * a->n_phi;
     struct cloud cloud;
-    double *nodes = srnf_alloc(4 * c->n, sizeof(double));
-    struct target target = {.n = c->n, .points = nodes, .norm2 = 1.0};
+    double *nodes = srnf_alloc(4 * n, sizeof(double));
+    struct target target = {.n = n, .points = nodes, .norm2 = 1.0};
     struct tabulated_target from = {0};
     const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     int status = nodes ? SRNF_OK : SRNF_ENOMEM;
 
     if (status == SRNF_OK) {
-        target.weight = nodes + 3 * c->n;
-        registration_nodes(c->grid, nodes, nodes + 3 * c->n);
+        target.weight = nodes + 3 * n;
+        registration_nodes(grid, nodes, nodes + 3 * n);
         status = tabulated_target_create(&from, &target);
     }
     if (status == SRNF_OK && (status = cloud_create(&cloud, from.n)) == SRNF_OK) {
         cloud_rotate(&cloud, &from, identity);
         cloud_evaluate(moving, &cloud);
-        for (size_t i = 0; i < c->n; i++) {
-            double root = sqrt(from.weight[i]);
-
-            for (size_t k = 0; k < 3; k++) {
-                c->q[k * c->n + i] = (float)(root * cloud.q[k][i]);
-                c->q[(3 + k) * c->n + i] = (float)(root * cloud.q_1[k][i]);
-                c->q[(6 + k) * c->n + i] = (float)(root * cloud.q_2[k][i]);
-            }
-        }
+        fill_products(a, &from, &cloud);
         cloud_clear(&cloud);
     }
     tabulated_target_clear(&from);
@@ -162,67 +411,42 @@ static int fill_q(struct columns *c, const struct tabulated_moving *moving)
     return status;
 }
 
-static int multiply(const struct columns *c, const struct srnf_context *context, float *product)
-{
-    size_t unknowns = registration_unknowns(c->degree);
-    size_t rows = 3 * c->n;
-    size_t step = ROWS_UNIT * (1 + PRODUCT_OPERATIONS / (ROWS_UNIT * unknowns * unknowns));
-    size_t count;
-
-    for (size_t first = 0; first < rows; first += count) {
-        count = rows - first;
-        count = count < step + ROWS_UNIT ? count : step;
-        if (srnf_is_canceled(context)) {
-            return SRNF_ECANCELED;
-        }
-        cblas_ssyrk(CblasColMajor, CblasLower, CblasTrans, (int)unknowns, (int)count, 1.0F,
-                    c->columns + first, (int)rows, first > 0 ? 1.0F : 0.0F, product, (int)unknowns);
-    }
-    return SRNF_OK;
-}
-
 int tabulated_matrix(const struct tabulated_moving *moving, size_t degree,
                      const struct srnf_context *context, double *matrix)
 {
     size_t rows = degree + (moving->degree > 15 ? ROWS_OVER_FINE : ROWS_OVER);
     size_t orders = order_of(degree, degree) + 1;
-    size_t unknowns = registration_unknowns(degree);
-    struct columns c = {.degree = degree, .count = srnf_coefficient_count(degree)};
+    size_t stride = (rows + SRNF_LANES - 1) / SRNF_LANES * SRNF_LANES;
+    size_t functions = PRODUCTS + TORQUES, waves = 2 * degree + 1;
+    struct assembly a = {.degree = degree,
+                         .each = srnf_coefficient_count(degree) - 1,
+                         .unknowns = registration_unknowns(degree),
+                         .n_theta = rows,
+                         .n_phi = 2 * rows,
+                         .stride = stride,
+                         .matrix = matrix};
     struct srnf_grid grid;
     double *nodes = registration_parallels(rows, &grid);
-    double *memory = NULL;
-    float *product = NULL;
-    int status;
+    double *memory = srnf_alloc(
+        stride * (3 * orders + functions * (a.n_phi + 2 * waves) + PRODUCTS * WAVES + 6) +
+            2 * waves * a.n_phi + (1 + LEGENDRE_FACTORS) * orders,
+        sizeof(double));
+    int status = nodes && memory ? SRNF_OK : SRNF_ENOMEM;
 
-    if (!nodes) {
-        return SRNF_ENOMEM;
-    }
-    c.grid = &grid;
-    c.n_theta = rows;
-    c.n_phi = 2 * rows;
-    c.n = 2 * rows * rows;
-    memory = srnf_alloc(orders * (1 + LEGENDRE_FACTORS + 3 * rows) + 4 * (degree + 1) * rows,
-                        sizeof(double));
-    c.q = srnf_alloc((9 + 3 * unknowns) * c.n, sizeof(float));
-    product = srnf_alloc(unknowns * unknowns, sizeof(float));
-    status = memory && c.q && product ? fill_q(&c, moving) : SRNF_ENOMEM;
     if (status == SRNF_OK) {
-        c.columns = c.q + 9 * c.n;
-        c.legendre = memory + (1 + LEGENDRE_FACTORS) * orders;
-        c.circular = c.legendre + 3 * orders * rows;
-        fill_functions(&c, memory);
-        fill_columns(&c);
-        status = multiply(&c, context, product);
+        a.legendre = memory;
+        a.nodes = a.legendre + 3 * orders * stride;
+        a.spectra = a.nodes + functions * a.n_phi * stride;
+        a.mixed = a.spectra + functions * 2 * waves * stride;
+        a.fourier = a.mixed + PRODUCTS * WAVES * stride;
+        a.waves = a.fourier + 6 * stride;
+        fill_functions(&a, &grid, a.waves + 2 * waves * a.n_phi);
+        status = sample(&a, &grid, moving);
     }
     if (status == SRNF_OK) {
-        for (size_t j = 0; j < unknowns; j++) {
-            for (size_t i = j; i < unknowns; i++) {
-                matrix[j * unknowns + i] = (double)product[j * unknowns + i];
-            }
-        }
+        fill_spectra(&a);
+        status = fill_matrix(&a, context);
     }
-    srnf_free(product);
-    srnf_free(c.q);
     srnf_free(memory);
     srnf_free(nodes);
     return status;
