@@ -15,12 +15,10 @@
 #include <string.h>
 
 #define PULLED_DECREASE 3e-3
-#define REFIT_DEGREE ((size_t)20) /* of the step that stands for delta */
-#define REFIT_WORSE 2e-3
 /* Parts of the objective: a round that gains less, or steps of the moving surface's domain after
    those of the template's, has no further one after it. */
 #define ROUND_GAIN 5e-3
-#define ALTERNATE_GAIN 2e-3
+#define ALTERNATE_GAIN 4e-3
 #define STEPS_MAX ((size_t)120) /* of a degree; common poses may need 100 to come to rest */
 
 /* Degrees of the fields in turn, and the gain below which each is left. */
@@ -40,6 +38,9 @@ struct climb {
     /* Of the last degree, coarse: what right-hand sides are spread over, which only shape steps. */
     struct tabulated_fields loads;
 };
+
+/* The step that stands for delta. */
+static const struct refit_terms refit = {20, 3e-3, &follow_table};
 
 static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
@@ -265,8 +266,7 @@ static int settle(struct climb *c, struct srnf_warp *delta)
     int status = SRNF_OK;
 
     if (search_refits(s)) {
-        status = warp_refit(&c->problem, &s->nodes, REFIT_DEGREE, REFIT_WORSE, s->tools, &c->cloud,
-                            &c->spare, delta);
+        status = warp_refit(&c->problem, &s->nodes, &refit, s->tools, &c->cloud, &c->spare, delta);
     }
     if (status == SRNF_OK && delta->n_links == steps) {
         cloud_rotate(&c->cloud, &c->target, identity);

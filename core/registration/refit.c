@@ -27,13 +27,16 @@
 #define DEGREE_ABOVE ((size_t)8)
 #define LEAST_JACOBIAN 0.1        /* of the step at the nodes */
 #define LINKS_HALVED ((size_t)12) /* at least: of a chain whose halves are fitted */
-/* Along a chain, to where it is fitted. */
-static const struct field_table rough_table = {4, 3.5};
+#define HALVES_WORSE 2.0          /* times what one step may raise the objective by */
+
+/* Along a chain, to where it is fitted, and where the points are not kept. */
+const struct field_table refit_rough = {4, 3.5};
 
 static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 struct refit {
     const struct nodes_of *grid;
+    const struct field_table *table; /* by which the points of a fit are found */
     struct tabulated_tools *tools;
     size_t degree, count, n;
     struct srnf_sht *sht;
@@ -50,17 +53,18 @@ static void close_refit(struct refit *r)
     srnf_free(r->workspace);
 }
 
-static int open_refit(struct refit *r, const struct nodes_of *grid, size_t degree,
+static int open_refit(struct refit *r, const struct nodes_of *grid, const struct refit_terms *terms,
                       struct tabulated_tools *tools)
 {
     int status;
 
     *r = (struct refit){.grid = grid,
+                        .table = terms->table,
                         .tools = tools,
-                        .degree = degree,
-                        .count = srnf_coefficient_count(degree),
+                        .degree = terms->degree,
+                        .count = srnf_coefficient_count(terms->degree),
                         .n = grid->n_theta * grid->n_phi};
-    status = tools_transform(tools, degree, grid, &r->sht);
+    status = tools_transform(tools, terms->degree, grid, &r->sht);
     if (status) {
         return status;
     }
@@ -180,7 +184,7 @@ static int fit_parts(const struct refit *r, const struct tabulated_problem *prob
         double rotation[9];
 
         cloud_rotate(spare, problem->target, identity);
-        status = cloud_follow(spare, &links, &rough_table, r->tools, NULL);
+        status = cloud_follow(spare, &links, &refit_rough, r->tools, NULL);
         *fits = status == SRNF_OK && find_fit(r, problem->target, still, spare, rotation);
         if (*fits) {
             status = append_fit(r, rotation, still, fit);
@@ -194,8 +198,8 @@ static int place(const struct refit *r, const struct tabulated_problem *problem,
                  const struct srnf_warp *fit, struct cloud *to, double *least)
 {
     struct tabulated_fields fields = {0};
-    int status = tools_fields(r->tools, r->degree, follow_table.order,
-                              field_table_rows(&follow_table, r->degree), &fields);
+    int status = tools_fields(r->tools, r->degree, r->table->order,
+                              field_table_rows(r->table, r->degree), &fields);
 
     if (status) {
         return status;
@@ -286,19 +290,20 @@ static int refit_halves(const struct refit *r, const struct tabulated_problem *p
     return status;
 }
 
-int warp_refit(const struct tabulated_problem *problem, const struct nodes_of *grid, size_t degree,
-               double worse, struct tabulated_tools *tools, struct cloud *cloud,
+int warp_refit(const struct tabulated_problem *problem, const struct nodes_of *grid,
+               const struct refit_terms *terms, struct tabulated_tools *tools, struct cloud *cloud,
                struct cloud *spare, struct srnf_warp *chain)
 {
     struct refit r;
     bool taken = false;
-    int status = open_refit(&r, grid, degree, tools);
+    int status = open_refit(&r, grid, terms, tools);
 
     if (status == SRNF_OK) {
-        status = refit_whole(&r, problem, worse, cloud, spare, chain, &taken);
+        status = refit_whole(&r, problem, terms->worse, cloud, spare, chain, &taken);
     }
     if (status == SRNF_OK && !taken && chain->n_links >= LINKS_HALVED) {
-        status = refit_halves(&r, problem, worse, cloud, spare, chain, &taken);
+        status =
+            refit_halves(&r, problem, HALVES_WORSE * terms->worse, cloud, spare, chain, &taken);
     }
     close_refit(&r);
     return status;

@@ -20,18 +20,20 @@
 #define RIGID_ROUND 2            /* on whose grid the curvature over rotations is measured */
 #define FINE_DEGREE ((size_t)31) /* of the surfaces in the last round, at most */
 #define FINE_STEPS ((size_t)12)  /* where it is above that of the table */
+#define FINE_BEHIND 0.5          /* in the first round, whose surfaces tell less of finer ones */
 
-#define SAME_CHORD2 0.02          /* of maps in one basin: rms of 8 degrees */
-#define REFIT_DEGREE ((size_t)20) /* of the step that stands for the winner's */
-#define REFIT_WORSE 3e-3
+#define SAME_CHORD2 0.02 /* of maps in one basin: rms of 8 degrees */
 #define ROUNDS TOURNAMENT_ROUNDS
 
 static const struct tournament_round rounds[ROUNDS] = {
-    {12, 8, 2, 12, 5, 12, 0.5},
-    {14, 10, 4, 16, 6, 6, 0.3},
-    {18, 12, 8, 28, 8, 4, 0.15},
+    {12, 8, 2, 12, 5, 12, 0.3},
+    {14, 10, 4, 16, 6, 6, 0.15},
+    {18, 12, 8, 28, 8, 4, 0.08},
     {24, 15, 8, 28, 8, 3, 0.1},
 };
+
+/* The step that stands for the winner's; the full grid is reached by its chain. */
+static const struct refit_terms refit = {20, 3e-3, &refit_rough};
 
 struct entrant {
     struct cloud cloud;
@@ -67,6 +69,14 @@ struct tournament_round tournament_round(size_t k, size_t degree)
         round.rows = round.rows > round.surface ? round.rows : round.surface + 1;
     }
     return round;
+}
+
+/* How far behind the best of a round an entrant may be. */
+static double behind_of(const struct tournament *t, size_t k)
+{
+    bool fine = t->search->subject->full.degree > rounds[ROUNDS - 1].surface;
+
+    return k == 0 && fine ? FINE_BEHIND : rounds[k].behind;
 }
 
 /* ---- Arenas ---------------------------------------------------------------------------------- */
@@ -263,7 +273,7 @@ static int play(struct tournament *t, size_t k, const struct arena *a, size_t *i
         if (status == SRNF_OK) {
             status = tabulated_optimize(&o, &schedule, &e->cloud, &e->chain, &ignored, iterations);
             best = fmin(best, e->cloud.objective);
-            o.limit = (1.0 + round.behind) * best; /* keep_best drops what is above */
+            o.limit = (1.0 + behind_of(t, k)) * best; /* keep_best drops what is above */
         }
     }
     return status;
@@ -368,8 +378,8 @@ static int refit_winner(struct tournament *t, size_t k, const struct arena *a)
     if (!search_refits(t->search)) {
         return SRNF_OK;
     }
-    return warp_refit(&a->problem, &nodes, REFIT_DEGREE, REFIT_WORSE, t->search->tools,
-                      &winner->cloud, &t->spare, &winner->chain);
+    return warp_refit(&a->problem, &nodes, &refit, t->search->tools, &winner->cloud, &t->spare,
+                      &winner->chain);
 }
 
 /* best: of the screening, NULL where there was none. */
@@ -391,7 +401,7 @@ static int run_rounds(struct tournament *t, const struct start_rotation *best,
         }
         status = status ? status : play(t, k, &arena, &result->iterations);
         if (status == SRNF_OK) {
-            keep_best(t, &arena.target, rounds[k].keep, rounds[k].behind);
+            keep_best(t, &arena.target, rounds[k].keep, behind_of(t, k));
             srnf_report_progress(t->search->context, 0.1 * (double)(k + 2), "tournament");
         }
         if (status == SRNF_OK && k + 1 == ROUNDS) {

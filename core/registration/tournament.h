@@ -53,11 +53,18 @@ SRNF_CHECKED int tournament_still(const struct search *search, struct search_res
 bool search_refits(const struct search *search);
 /* Whether a chain begins with the identity, as in a common pose, where it always does. */
 bool warp_is_still(const struct srnf_warp *chain);
-/* A chain as one step of fields of a degree and a rotation (refit.c), where that raises the
-   objective by no more than a part: cloud is at its points then, and measured. spare: of as many
-   points. problem: on the nodes of a grid. */
+/* What a chain is replaced on: the degree of the fields, by which part the objective may rise, and
+   the table by which the points are found, refit_rough where they are not kept. */
+struct refit_terms {
+    size_t degree;
+    double worse;
+    const struct field_table *table;
+};
+extern const struct field_table refit_rough;
+/* A chain as one step of fields and a rotation (refit.c): cloud is at its points then, and
+   measured. spare: of as many points. problem: on the nodes of a grid. */
 SRNF_CHECKED int warp_refit(const struct tabulated_problem *problem, const struct nodes_of *grid,
-                            size_t degree, double worse, struct tabulated_tools *tools,
+                            const struct refit_terms *terms, struct tabulated_tools *tools,
                             struct cloud *cloud, struct cloud *spare, struct srnf_warp *chain);
 
 /* The relative energy of the identity, by tables. */

@@ -619,10 +619,11 @@ static void open_refit(struct refit *r, int still, size_t steps, double step)
 
 static void refit(struct refit *r, double worse, size_t links)
 {
+    const struct refit_terms terms = {20, worse, &follow_table};
     struct bench *t = &r->bench;
 
     assert_int_equal(
-        warp_refit(&t->tabulated, &r->grid, 20, worse, NULL, &t->cloud, &r->spare, &r->chain),
+        warp_refit(&t->tabulated, &r->grid, &terms, NULL, &t->cloud, &r->spare, &r->chain),
         SRNF_OK);
     assert_int_equal(r->chain.n_links, links);
 }
