@@ -1,5 +1,6 @@
 /*
- * tabulated_matrix.c - the Gauss-Newton matrix of the data term (matrix.c) by products of harmonics.
+ * tabulated_matrix.c - the Gauss-Newton matrix of the data term (matrix.c), by products of
+ * harmonics.
  *
  * On a Gauss-Legendre grid of the moving surface's own, with a few rows more than the degree of the
  * fields, q from the table. With b = (q_theta, q_phi, q), T = dP_lm/dtheta, F = m P_lm / sin theta
@@ -13,8 +14,8 @@
  * and m - m': six functions in place of a column of 3 n values for each unknown. The sums over phi
  * are those of the nodes, and the matrix is that of the nodes to rounding.
  *
- * Cost: 18 multiply-adds for each row, pair of unknowns' (l, m) and kind of field; of degree 12 a
- * thirtieth of a product of columns.
+ * Cost: 4 to 14 multiply-adds for each row, unknown and (l, m); of degree 12 a thirtieth of what a
+ * product of columns takes.
  */
 #include "tabulated.h"
 
@@ -200,9 +201,9 @@ struct column {
     bool sine, turned;
 };
 
-/* out <- T t + F f + Y y over all rows; turned: out <- T f - F t, with what t and f are of it. */
+/* out <- signs[0] (T t + Y y) + signs[1] F f over all rows; y may be NULL. */
 SIMD_INLINE void combine(const struct assembly *a, const double *legendre, const double *t,
-                         const double *f, const double *y, double signs[2], double *out)
+                         const double *f, const double *y, const double signs[2], double *out)
 {
     for (size_t row = 0; row < a->stride; row += SRNF_LANES) {
         simd sum, l, v;
@@ -223,9 +224,11 @@ SIMD_INLINE void combine(const struct assembly *a, const double *legendre, const
 }
 
 /* a->fourier <- the coefficients of <b_a, D_j> at m, from what was mixed. With s and d for half of
-   sums and differences, of the cosine: T s cos - F d sin + Y s cos, and T s sin + F d cos + Y s sin;
-   of the sine: T d sin + F s cos + Y d sin, and -T d cos + F s sin - Y d cos. A turned field has b_1
-   in place of b_0, b_0 in place of b_1, -F in place of F, and no Y. */
+   sums and differences, of the cosine:
+     T s cos - F d sin + Y s cos  and  T s sin + F d cos + Y s sin;
+   of the sine:
+     T d sin + F s cos + Y d sin  and  -T d cos + F s sin - Y d cos.
+   A turned field has b_1 in place of b_0, b_0 in place of b_1, -F in place of F, and no Y. */
 SRNF_HOT static void fill_fourier(struct assembly *a, const struct column *j)
 {
     static const size_t waves[2][2][2] = {{{SUM_COS, DIFFERENCE_SIN}, {SUM_SIN, DIFFERENCE_COS}},
@@ -334,7 +337,7 @@ SRNF_HOT static void sum_orders(const struct assembly *a, size_t m, size_t gradi
 }
 
 /* The columns of the fields of order `other` and degree l by all of order m. What lies above the
-   diagonal is left out, or, of the same l, overwritten by nothing that is read. */
+   diagonal is left out, but for entries of the same l, which nobody reads. */
 static void fill_columns(struct assembly *a, size_t m, size_t other, size_t l)
 {
     for (size_t kind = 0; kind < 4; kind++) {
