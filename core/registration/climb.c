@@ -386,6 +386,7 @@ int climb_run(const struct search *s, size_t from, bool replayed, struct search_
         goes_on = c.cloud.objective < (1.0 - ROUND_GAIN) * before &&
                   c.cloud.objective < (1.0 - ALTERNATE_GAIN) * pulled;
     }
+    result->carried = !replayed;
     status = status ? status : tell(&c, result);
     close_climb(&c);
     return status;

@@ -34,19 +34,27 @@ static int check_search(const struct srnf_sht *sht, const double *field, double 
     return status;
 }
 
+static void forget_points(struct warp *warp)
+{
+    srnf_free(warp->points);
+    srnf_free(warp->jacobian);
+    warp->points = warp->jacobian = NULL;
+}
+
 int registration_to_field(const struct srnf_sht *sht, const double *field, double norm2,
                           const double *moving, const struct srnf_register_options *options,
                           const struct srnf_landmarks *landmarks, struct tabulated_tools *tools,
-                          const struct srnf_context *context, double rotation[9],
-                          struct srnf_warp *warp, struct srnf_error *error)
+                          const struct srnf_context *context, struct warp *found,
+                          struct srnf_error *error)
 {
-    struct search_result found = {.iterations = 0};
+    struct search_result result = {.iterations = 0};
     struct landmark_search guide = {.worst = 0};
     struct tabulated_tools *own = NULL;
+    const struct srnf_grid *grid = srnf_sht_grid(sht);
     struct search search;
     int status = check_search(sht, field, norm2, moving, options, error);
 
-    *warp = (struct srnf_warp){0};
+    *found = (struct warp){.n = 0};
     if (status) {
         return status;
     }
@@ -64,21 +72,42 @@ int registration_to_field(const struct srnf_sht *sht, const double *field, doubl
             guide.pairs = *landmarks;
             search.landmarks = &guide;
         }
-        status = search_run(&search, &found);
+        status = search_run(&search, &result);
         search_clear(&search);
     }
     tools_destroy(own);
     status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
     if (status == SRNF_OK) {
-        *warp = found.warp.chain;
-        found.warp.chain = (struct srnf_warp){0};
-        memcpy(rotation, found.warp.rotation, sizeof found.warp.rotation);
+        *found = result.warp;
+        result.warp = (struct warp){.n = 0};
+        if (!result.carried || found->n != grid->n_theta * grid->n_phi) {
+            forget_points(found);
+        }
     }
-    search_result_clear(&found);
+    search_result_clear(&result);
     if (status == SRNF_EUNMATCHED) {
         return landmarks_fail(&guide, error);
     }
     return status ? srnf_fail(error, status, -1, "%s", srnf_strerror(status)) : SRNF_OK;
+}
+
+/* Rotation and chain alone. */
+static int search_chain(const struct srnf_sht *sht, const double *field, double norm2,
+                        const double *moving, const struct srnf_register_options *options,
+                        const struct srnf_landmarks *landmarks, const struct srnf_context *context,
+                        double rotation[9], struct srnf_warp *warp, struct srnf_error *error)
+{
+    struct warp found;
+    int status = registration_to_field(sht, field, norm2, moving, options, landmarks, NULL, context,
+                                       &found, error);
+
+    if (status == SRNF_OK) {
+        memcpy(rotation, found.rotation, sizeof found.rotation);
+        *warp = found.chain;
+        found.chain = (struct srnf_warp){0};
+    }
+    warp_clear(&found);
+    return status;
 }
 
 int srnf_register_to_field(const struct srnf_sht *sht, const double *field, double norm2,
@@ -86,8 +115,8 @@ int srnf_register_to_field(const struct srnf_sht *sht, const double *field, doub
                            const struct srnf_context *context, double rotation[9],
                            struct srnf_warp *warp, struct srnf_error *error)
 {
-    return registration_to_field(sht, field, norm2, moving, options, NULL, NULL, context, rotation,
-                                 warp, error);
+    *warp = (struct srnf_warp){0};
+    return search_chain(sht, field, norm2, moving, options, NULL, context, rotation, warp, error);
 }
 
 int srnf_register_to_field_landmarks(const struct srnf_sht *sht, const double *field, double norm2,
@@ -106,8 +135,8 @@ int srnf_register_to_field_landmarks(const struct srnf_sht *sht, const double *f
         status = srnf_landmarks_check(landmarks, options->degree, error);
     }
     return status ? status
-                  : registration_to_field(sht, field, norm2, moving, options, landmarks, NULL,
-                                          context, rotation, warp, error);
+                  : search_chain(sht, field, norm2, moving, options, landmarks, context, rotation,
+                                 warp, error);
 }
 
 /* A vector turned by O. */

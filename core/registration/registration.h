@@ -282,6 +282,7 @@ void search_clear(struct search *search);
 
 struct search_result {
     struct warp warp; /* on the nodes of the full target, which may be finer than the template's */
+    bool carried;     /* its points are where tables carry the nodes along its chain, to the bit */
     double min_jacobian, max_jacobian; /* by search_extremes */
     double distance;
     bool rotations_searched; /* the three that follow are known */
@@ -348,14 +349,16 @@ SRNF_CHECKED int registration_distance(const struct srnf_sht *sht, const double 
                                        const struct srnf_context *context, double *distance,
                                        struct srnf_error *error);
 /* srnf_register_to_field, guided by landmarks, whose fixed points are those of the field; or NULL.
-   tools: of the thread, or NULL. SRNF_EUNMATCHED: as srnf_register_landmarks. */
+   tools: of the thread, or NULL. found: rotation and chain; its points, if they are where tables
+   carry the nodes of the field along the chain (follow_table), and NULL otherwise. To be cleared.
+   SRNF_EUNMATCHED: as srnf_register_landmarks. */
 SRNF_CHECKED int registration_to_field(const struct srnf_sht *sht, const double *field,
                                        double norm2, const double *moving,
                                        const struct srnf_register_options *options,
                                        const struct srnf_landmarks *landmarks,
                                        struct tabulated_tools *tools,
-                                       const struct srnf_context *context, double rotation[9],
-                                       struct srnf_warp *warp, struct srnf_error *error);
+                                       const struct srnf_context *context, struct warp *found,
+                                       struct srnf_error *error);
 /* A surface as it is registered by a chain: gamma [n][3] and J [n] at the nodes of the grid of sht,
    O sqrt(J) q(gamma), [3][n], and O f(gamma), [3][n], or NULL (field.c). */
 SRNF_CHECKED int registration_lay(const struct srnf_sht *sht,

@@ -187,6 +187,7 @@ static int climb(const struct search *s, size_t from, bool placed, struct search
             return status;
         }
     }
+    result->carried = false;
     return climb_again(s, result);
 }
 

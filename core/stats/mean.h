@@ -213,9 +213,10 @@ void mean_gather(const double rotation[9], const struct mean_points *points, con
 /* ---- mean_subject.c: one subject, for many at once; each writes only what is its own --------- */
 
 void mean_subject_clear(struct mean_subject *subject);
-/* Registers subject i to the mean from nothing: rotation and warp. */
+/* Registers subject i to the mean from nothing: rotation and warp. placed: its points as well. */
 SRNF_CHECKED int mean_register(const struct mean_run *run, size_t i,
-                               const struct srnf_context *context, struct srnf_error *error);
+                               const struct srnf_context *context, bool *placed,
+                               struct srnf_error *error);
 /* That it could not be: writes the error, and returns the status. */
 int mean_register_failed(size_t i, int status, const struct srnf_error *why,
                          struct srnf_error *error);

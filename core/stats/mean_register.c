@@ -7,9 +7,10 @@ static int register_one(void *argument, size_t i, double *field, const struct sr
                         struct srnf_error *error)
 {
     const struct mean_run *run = argument;
-    int status = mean_register(run, i, context, error);
+    bool placed;
+    int status = mean_register(run, i, context, &placed, error);
 
-    status = status ? status : mean_replay(run, i);
+    status = status || placed ? status : mean_replay(run, i);
     return status ? status : mean_measure(run, i, field, NULL);
 }
 

@@ -60,19 +60,34 @@ int mean_register_failed(size_t i, int status, const struct srnf_error *why,
                      status == SRNF_EUNMATCHED ? why->message : srnf_strerror(status));
 }
 
+/* The points that a search has carried along its chain: the bits of mean_replay. */
+static int take_points(const struct mean_run *run, size_t i, const struct warp *found)
+{
+    struct mean_points points;
+    int status = mean_points_open(run, i, false, &points);
+
+    if (status == SRNF_OK) {
+        run->subjects[i].tools.sampled = false;
+        mean_points_in(run, found->points, found->jacobian, &points);
+        status = mean_points_keep(run, i, &points);
+    }
+    return status;
+}
+
 int mean_register(const struct mean_run *run, size_t i, const struct srnf_context *context,
-                  struct srnf_error *error)
+                  bool *placed, struct srnf_error *error)
 {
     struct mean_subject *subject = &run->subjects[i];
     const bool guided = mean_is_guided(run);
     const struct srnf_landmarks landmarks =
         guided ? mean_landmarks_of(run, i) : (struct srnf_landmarks){.n = 0};
-    struct srnf_warp warp = {0}, recalled = {0};
+    struct srnf_warp recalled = {0};
+    struct warp found;
     struct srnf_error why = {0};
     struct tabulated_tools *tools;
-    double rotation[9];
     int status;
 
+    *placed = false;
     if (run->iterations == 0 && mean_recall_registered(run, i, context, &recalled)) {
         subject->tabulated = count_tabulated(run, &recalled);
         if (run->spill) { /* it is there already */
@@ -85,16 +100,21 @@ int mean_register(const struct mean_run *run, size_t i, const struct srnf_contex
     if (status == SRNF_OK) {
         status = registration_to_field(run->work, run->mean_q, run->norm2, run->surfaces[i],
                                        &run->registration, guided ? &landmarks : NULL, tools,
-                                       context, rotation, &warp, &why);
+                                       context, &found, &why);
     }
     tools_give_back(run->pool, tools);
     if (status) {
         return mean_register_failed(i, status, &why, error);
     }
-    status = mean_take_registered(run, i, rotation, &warp);
+    status = mean_take_registered(run, i, found.rotation, &found.chain);
     if (status == SRNF_OK && run->iterations == 0) {
         mean_keep_registered(run, i, context);
     }
+    if (status == SRNF_OK && found.points) {
+        *placed = true;
+        status = take_points(run, i, &found);
+    }
+    warp_clear(&found);
     return status;
 }
 

@@ -4,6 +4,7 @@
  * them.
  */
 #include "registrations.h"
+#include "registration/tabulated.h"
 
 #define DEGREE ((size_t)15)
 #define LONG ((size_t)30) /* links: a chain of more carries its errors further */
@@ -45,6 +46,33 @@ static void compare(const struct search *s, const struct search_result *found, d
     search_result_clear(&exact);
 }
 
+/* The points of a search are the bits that its chain gives by tables from the nodes: means go on
+   from them as from a chain that is read again. */
+static void compare_with_tables(const struct search *s, const struct search_result *found)
+{
+    const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const struct warp *warp = &found->warp;
+    struct tabulated_target target;
+    struct cloud cloud;
+    size_t different = 0;
+
+    assert_true(found->carried);
+    assert_int_equal(tabulated_target_create(&target, &s->full.target), SRNF_OK);
+    assert_int_equal(cloud_create(&cloud, target.n), SRNF_OK);
+    cloud_rotate(&cloud, &target, identity);
+    assert_int_equal(cloud_follow(&cloud, &warp->chain, &follow_table, NULL, NULL), SRNF_OK);
+    for (size_t i = 0; i < warp->n; i++) {
+        const double point[4] = {cloud.point[0][i], cloud.point[1][i], cloud.point[2][i],
+                                 cloud.jacobian[i]};
+
+        different += memcmp(point, warp->points + 3 * i, 3 * sizeof *point) != 0 ||
+                     memcmp(point + 3, warp->jacobian + i, sizeof *point) != 0;
+    }
+    assert_int_equal(different, 0);
+    cloud_clear(&cloud);
+    tabulated_target_clear(&target);
+}
+
 static void carried_points_are_those_of_the_chain(void **state)
 {
     (void)state;
@@ -62,6 +90,7 @@ static void carried_points_are_those_of_the_chain(void **state)
                          SRNF_OK);
         assert_int_equal(search_run(&search, &found), SRNF_OK);
         compare(&search, &found, &distance, &energy);
+        compare_with_tables(&search, &found);
         printf("# %s, %s, %s: %zu links\n", pairs[k].from, pairs[k].to,
                pairs[k].common_pose ? "common pose" : "any pose", found.warp.chain.n_links);
         figure_below("points", distance,
