@@ -2,9 +2,16 @@
  * start.c - rigid refinement of a start.
  *
  * Levenberg-Marquardt over R <- exp(omega) R and O, exact q2 at the turned nodes. With y = O' q1 -
- * q2(R s): the columns are grad q2 . (e_j x p) and e_j x q2, six unknowns.
+ * q2(R s): the columns are grad q2 . (e_j x p) and e_j x q2, six unknowns, or the first three where
+ * values are not rotated.
+ *
+ * What is left of different surfaces is large, and Gauss-Newton steps alone gain a part of what the
+ * one before gained. So the last steps correct the matrix, as in secant.c (BFGS: J. Nocedal, S.
+ * Wright, "Numerical Optimization", 2006, equation 6.19), until one is refused.
  */
 #include "registration.h"
+
+#include "harmonics/simd.h"
 
 #include <lapacke.h>
 #include <math.h>
@@ -13,6 +20,7 @@
 #define RIGID_STEPS 30
 #define RIGID_DECREASE 1e-6
 #define RIGID_ZERO 1e-28
+#define RIGID_PAIRS ((size_t)5) /* steps that correct the matrix */
 
 /* exp of a rotation vector (Rodrigues) times m */
 static void rotate_by(const double omega[3], double m[9])
@@ -108,8 +116,8 @@ static void add_node(struct normal_sums *sums, double weight, const double colum
 }
 
 /* Normal equations of the six unknowns; a: column-major 6 x 6, its lower triangle. */
-static void normal_equations(const struct problem *problem, const struct warp *warp,
-                             const struct samples *s, double a[36], double rhs[6])
+SRNF_HOT static void normal_equations(const struct problem *problem, const struct warp *warp,
+                                      const struct samples *s, double a[36], double rhs[6])
 {
     const struct target *t = &problem->target;
     struct normal_sums sums = {0};
@@ -183,49 +191,150 @@ static int place(const struct problem *problem, const double rotation[9], struct
     return status;
 }
 
-int registration_rigid(const struct problem *problem, struct start_rotation *start,
-                       double *curvature)
-{
-    struct warp warp;
-    struct samples samples = {0};
-    double a[36], rhs[6];
-    double lambda = 1e-3;
-    struct problem plain = *problem;
-    int status = warp_create(&warp, &problem->target);
+/* The two places of a step: where it begins, and where it is tried. */
+struct stands {
+    struct warp warp[2];
+    struct samples samples[2];
+};
 
-    plain.penalty = (struct penalty){0.0, 0.0};
-    status = status ? status : samples_create(&samples, problem->target.n);
-    if (status) {
-        warp_clear(&warp);
-        return status;
+static void close_stands(struct stands *s)
+{
+    for (size_t k = 0; k < 2; k++) {
+        warp_clear(&s->warp[k]);
+        samples_clear(&s->samples[k]);
     }
-    status = place(&plain, start->rotation, &warp, &samples);
+}
+
+static int open_stands(const struct target *target, struct stands *s)
+{
+    int status = SRNF_OK;
+
+    *s = (struct stands){.warp = {{.n = 0}}};
+    for (size_t k = 0; k < 2 && status == SRNF_OK; k++) {
+        status = warp_create(&s->warp[k], target);
+        status = status ? status : samples_create(&s->samples[k], target->n);
+    }
+    return status;
+}
+
+/* Steps, and by how much the right-hand side has fallen along them; the last ones. */
+struct pairs {
+    size_t count;
+    double step[RIGID_PAIRS][6], change[RIGID_PAIRS][6];
+};
+
+static double product(const double x[6], const double y[6])
+{
+    double sum = 0.0;
+
+    for (size_t i = 0; i < 6; i++) {
+        sum += x[i] * y[i];
+    }
+    return sum;
+}
+
+/* Nothing where the energy is not convex along the step. */
+static void add_pair(struct pairs *p, const double step[6], const double before[6],
+                     const double after[6])
+{
+    double change[6];
+
+    for (size_t i = 0; i < 6; i++) {
+        change[i] = before[i] - after[i];
+    }
+    if (!(product(step, change) > 0.0)) {
+        return;
+    }
+    if (p->count == RIGID_PAIRS) {
+        p->count--;
+        memmove(p->step[0], p->step[1], p->count * sizeof p->step[0]);
+        memmove(p->change[0], p->change[1], p->count * sizeof p->change[0]);
+    }
+    memcpy(p->step[p->count], step, sizeof change);
+    memcpy(p->change[p->count], change, sizeof change);
+    p->count++;
+}
+
+/* The lower triangle of a, corrected. */
+static void correct(const struct pairs *p, double a[36])
+{
+    for (size_t k = 0; k < p->count; k++) {
+        const double *s = p->step[k], *y = p->change[k];
+        double along[6], length, share = product(s, y);
+
+        for (size_t i = 0; i < 6; i++) {
+            along[i] = 0.0;
+            for (size_t j = 0; j < 6; j++) {
+                along[i] += a[i > j ? 6 * j + i : 6 * i + j] * s[j];
+            }
+        }
+        length = product(s, along);
+        for (size_t j = 0; j < 6 && length > 0.0; j++) {
+            for (size_t i = j; i < 6; i++) {
+                a[6 * j + i] += y[i] * y[j] / share - along[i] * along[j] / length;
+            }
+        }
+    }
+}
+
+/* The step of one damping; false: there is none. a, rhs: of normal_equations. unknowns: 3, where
+   values are not rotated. */
+static bool damped_step(lapack_int unknowns, const double a[36], const struct pairs *pairs,
+                        const double rhs[6], double lambda, double step[6])
+{
+    double damped[36];
+
+    memcpy(damped, a, sizeof damped);
+    correct(pairs, damped);
+    memset(step, 0, 6 * sizeof *step);
+    memcpy(step, rhs, (size_t)unknowns * sizeof *step);
+    for (size_t j = 0; j < 6; j++) {
+        damped[7 * j] *= 1.0 + lambda;
+    }
+    return LAPACKE_dposv_work(LAPACK_COL_MAJOR, 'L', unknowns, 1, damped, 6, step, 6) == 0;
+}
+
+/* Steps until nothing is gained; *at: which of the places holds the end. */
+static int optimize(const struct problem *plain, struct stands *s, struct start_rotation *start,
+                    size_t *at)
+{
+    double a[36], rhs[6] = {0.0}, step[6], last[6];
+    double lambda = 1e-3;
+    struct pairs pairs = {.count = 0};
+    bool moved = true;
+    int status = place(plain, start->rotation, &s->warp[0], &s->samples[0]);
+
     start->stopped = SRNF_REGISTER_MAX_ITERATIONS;
-    for (int step = 0; step < RIGID_STEPS && warp.energy > RIGID_ZERO && status == SRNF_OK;
-         step++) {
-        double before = warp.energy;
+    for (int k = 0; k < RIGID_STEPS && s->warp[*at].energy > RIGID_ZERO && status == SRNF_OK; k++) {
+        double before = s->warp[*at].energy, after;
         double candidate[9];
 
-        normal_equations(problem, &warp, &samples, a, rhs);
-        for (size_t j = 0; j < 6; j++) {
-            a[7 * j] *= 1.0 + lambda;
+        if (moved) {
+            memcpy(last, rhs, sizeof last);
+            normal_equations(plain, &s->warp[*at], &s->samples[*at], a, rhs);
+            if (k > 0) {
+                add_pair(&pairs, step, last, rhs);
+            }
         }
-        if (LAPACKE_dposv_work(LAPACK_COL_MAJOR, 'L', 6, 1, a, 6, rhs, 6) != 0) {
+        if (!damped_step(plain->free_rotation ? 6 : 3, a, &pairs, rhs, lambda, step)) {
             start->stopped = SRNF_REGISTER_REFUSED;
             break;
         }
         memcpy(candidate, start->rotation, sizeof candidate);
-        rotate_by(rhs, candidate);
-        status = place(&plain, candidate, &warp, &samples);
-        if (warp.energy < before) {
+        rotate_by(step, candidate);
+        status = place(plain, candidate, &s->warp[1 - *at], &s->samples[1 - *at]);
+        after = s->warp[1 - *at].energy;
+        moved = after < before;
+        if (moved) {
             memcpy(start->rotation, candidate, sizeof candidate);
+            *at = 1 - *at;
             lambda *= 0.2;
-            if (before - warp.energy < RIGID_DECREASE * before) {
+            if (before - after < RIGID_DECREASE * before) {
                 start->stopped = SRNF_REGISTER_STATIONARY;
                 break;
             }
         } else {
-            status = place(&plain, start->rotation, &warp, &samples);
+            pairs.count = 0;
             lambda *= 10.0;
             if (lambda > 1e4) {
                 start->stopped = SRNF_REGISTER_REFUSED;
@@ -233,15 +342,31 @@ int registration_rigid(const struct problem *problem, struct start_rotation *sta
             }
         }
     }
-    start->energy = warp.energy;
-    if (warp.energy <= RIGID_ZERO) {
-        start->stopped = SRNF_REGISTER_TOLERANCE;
+    return status;
+}
+
+int registration_rigid(const struct problem *problem, struct start_rotation *start,
+                       double *curvature)
+{
+    struct problem plain = *problem;
+    struct stands s;
+    size_t at = 0;
+    int status = open_stands(&problem->target, &s);
+
+    plain.penalty = (struct penalty){0.0, 0.0};
+    if (status == SRNF_OK) {
+        status = optimize(&plain, &s, start, &at);
+        start->energy = s.warp[at].energy;
+        if (start->energy <= RIGID_ZERO) {
+            start->stopped = SRNF_REGISTER_TOLERANCE;
+        }
     }
-    if (curvature) {
-        normal_equations(problem, &warp, &samples, a, rhs);
+    if (status == SRNF_OK && curvature) {
+        double a[36], rhs[6];
+
+        normal_equations(&plain, &s.warp[at], &s.samples[at], a, rhs);
         *curvature = domain_curvature(a);
     }
-    warp_clear(&warp);
-    samples_clear(&samples);
+    close_stands(&s);
     return status;
 }

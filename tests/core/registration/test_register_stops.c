@@ -212,6 +212,73 @@ static void ambiguity_is_known_where_rotations_were_searched(void **state)
     srnf_registration_clear(&r);
 }
 
+#define TURN 1e-3 /* radians, away from where a search has ended */
+#define REST 1e-5 /* of the energy: what such a turn may gain */
+
+/* The least relative energy of a rotation and those a small turn about each axis away. */
+static double energy_nearby(const struct search *s, const double rotation[9])
+{
+    double least = INFINITY;
+
+    for (size_t k = 0; k < 6; k++) {
+        double sine = k % 2 ? -sin(TURN) : sin(TURN);
+        double turned[9];
+        struct srnf_warp_link link = {SRNF_WARP_ROTATION, 0, turned};
+        const struct srnf_warp chain = {1, 1, &link};
+        struct search_result result = {.iterations = 0};
+        size_t u = (k / 2 + 1) % 3, v = (k / 2 + 2) % 3;
+
+        memcpy(turned, rotation, sizeof turned);
+        for (size_t c = 0; c < 3; c++) {
+            turned[3 * u + c] = cos(TURN) * rotation[3 * u + c] - sine * rotation[3 * v + c];
+            turned[3 * v + c] = sine * rotation[3 * u + c] + cos(TURN) * rotation[3 * v + c];
+        }
+        assert_int_equal(search_evaluate(s, &chain, &result), SRNF_OK);
+        least = fmin(least, result.warp.energy);
+        search_result_clear(&result);
+    }
+    return least;
+}
+
+/* Whether the values turn with the domain or stay as they are. */
+static void rigid_searches_end_where_small_turns_gain_nothing(void **state)
+{
+    static const char *const names[] = {"L_thalamus.ply", "R_pallidum.ply", "L_amygdala.ply"};
+    struct shapes_surface surfaces[3];
+    (void)state;
+
+    for (size_t k = 0; k < 3; k++) {
+        char path[64];
+
+        (void)snprintf(path, sizeof path, REGISTRATIONS_LOCAL "%s", names[k]);
+        assert_true(registrations_open(&surfaces[k], DEGREE, path));
+    }
+    for (size_t k = 0; k < 6; k++) {
+        const struct shapes_surface *a = &surfaces[k / 2], *b = &surfaces[(k / 2 + 1) % 3];
+        struct srnf_register_options options = srnf_register_options_defaults();
+        struct search search;
+        struct search_result found;
+        double energy;
+
+        options.rotation = k % 2 == 0;
+        options.reparameterization = false;
+        options.start = SRNF_START_RIGID;
+        assert_int_equal(
+            search_create(&search, a->sht, a->q, a->f, b->f, &options, NULL, NULL, NULL), SRNF_OK);
+        assert_int_equal(search_run(&search, &found), SRNF_OK);
+        energy = found.warp.energy;
+        printf("# %s, energy %.6f, %s\n", options.rotation ? "both" : "the domain", energy,
+               srnf_register_stop_name(found.warp.stopped));
+        figure_below("gained",
+                     1.0 - energy_nearby(&search, found.warp.chain.links[0].values) / energy, REST);
+        search_result_clear(&found);
+        search_clear(&search);
+    }
+    for (size_t k = 0; k < 3; k++) {
+        shapes_close(&surfaces[k]);
+    }
+}
+
 static void names(void **state)
 {
     static const char *const expected[] = {"direct", "tolerance", "stationary", "stepRefused",
@@ -267,6 +334,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(ambiguity_is_known_where_rotations_were_searched, open_pair,
                                         close_pair),
         cmocka_unit_test(the_worse_reason_is_the_later_one),
+        cmocka_unit_test(rigid_searches_end_where_small_turns_gain_nothing),
         cmocka_unit_test(names),
         cmocka_unit_test_setup_teardown(progress_of_both_ways_rises, open_pair, close_pair),
     };
