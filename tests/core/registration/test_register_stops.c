@@ -234,7 +234,7 @@ static double energy_nearby(const struct search *s, const double rotation[9])
             turned[3 * v + c] = sine * rotation[3 * u + c] + cos(TURN) * rotation[3 * v + c];
         }
         assert_int_equal(search_evaluate(s, &chain, &result), SRNF_OK);
-        least = fmin(least, result.warp.energy);
+        least = compare_min(least, result.warp.energy);
         search_result_clear(&result);
     }
     return least;
