@@ -276,9 +276,9 @@ $(SERVER_LIB): $(call obj,$(SERVER_SRC)) $(O)/embedded.o
 
 # Under ThreadSanitizer the daemon has the core of the release build: instrumented it is 15 to 25 times slower,
 # and it neither makes threads nor waits for any. What it does in loops that others spread over threads is for
-# its own tests, which have it instrumented. So has the daemon the file in which bodies of a loop take turns with what
+# its own tests, which have it instrumented. So has the daemon the files in which bodies of a loop take turns with what
 # they work in: whoever does not see that takes it for shared.
-TURNS       := core/stats/mean_tools.c
+TURNS       := core/stats/mean_tools.c core/registration/tabulated_tools.c
 DAEMON_CORE := $(if $(filter tsan,$(CONFIG)),$(call obj,$(TURNS)) build/libsrnf.a,$(CORE_LIB))
 ifneq ($(filter asan tsan,$(CONFIG)),)
 .PHONY: build/libsrnf.a
