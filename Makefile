@@ -153,7 +153,7 @@ HOT_asan := -O3 $(AVX2)
 HOT := harmonics/% linear/vector mesh/index mesh/index_box mesh/index_query mesh/measure \
        sphere_map/metric sphere_map/vertex_star srnf/pointwise registration/objective \
        registration/start registration/tabulated_follow registration/tabulated_load \
-       registration/tabulated_moving registration/tabulated_step
+       registration/tabulated_matrix registration/tabulated_moving registration/tabulated_step
 $(patsubst %,$(O)/core/%.o,$(HOT)): CFLAGS += $(HOT_$(CONFIG))
 # Each is unrolled by hand for three orders of splines: at -O3 it is no faster, and takes longer to compile.
 $(O)/core/registration/tabulated_step.o $(O)/core/registration/tabulated_load.o: HOT_asan += -O2

@@ -10,7 +10,6 @@
  *
  *   SRNFD_TIME_MESHES=24    meshes    SRNFD_TIME_FACES=1000000    of so many faces each
  *   SRNFD_TIME_SEED=1       of what is drawn      SRNFD_TIME_FAMILY=stacked      of one family
- * alone
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -18,6 +17,7 @@
 #include <stdint.h>
 
 #include <cmocka.h>
+#include <fftw3.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -25,6 +25,7 @@
 
 #include "support/compare.h"
 #include "support/meshes.h"
+#include "support/parallel.h"
 #include "support/random.h"
 #include "support/slivers.h"
 #include "support/timing.h"
@@ -34,6 +35,7 @@
 #define MESHES_MAX ((size_t)1000)
 #define STRETCH_MAX 1000.0
 #define DEGREE 31
+#define AT_ONCE ((size_t)2) /* meshes; each takes up to 2 GB */
 
 static size_t setting(const char *name, size_t fallback)
 {
@@ -71,9 +73,25 @@ static struct srnf_mesh draw(struct test_random *random, size_t number, size_t f
     return mesh;
 }
 
-/* Processor seconds a face; negative where the route does not take the mesh. */
-static double encode(const struct srnf_mesh *mesh, const struct srnf_mesh_report *report,
-                     enum srnf_parameterization route, double prepared)
+/* One mesh by both routes. */
+struct timed {
+    const char *name;
+    int status;         /* of preparing it, or of encoding where that ran out of memory */
+    double cost[2];     /* processor seconds a face; negative where the route does not take it */
+    double preparation; /* a face, part of cost */
+};
+
+struct study {
+    size_t faces;
+    uint64_t seed;
+    struct timed *timed;
+};
+
+static const enum srnf_parameterization routes[2] = {SRNF_PARAMETERIZATION_AREA,
+                                                     SRNF_PARAMETERIZATION_STAR};
+
+static void encode(const struct srnf_mesh *mesh, const struct srnf_mesh_report *report, size_t r,
+                   struct timed *timed)
 {
     struct srnf_encode_options options = srnf_encode_options_defaults();
     struct srnf_encoded encoded = {0};
@@ -81,44 +99,55 @@ static double encode(const struct srnf_mesh *mesh, const struct srnf_mesh_report
     int status;
 
     options.degree = DEGREE;
-    options.parameterization = route;
+    options.parameterization = routes[r];
     status = srnf_encode(mesh, report, &options, NULL, &encoded, NULL);
     srnf_free(encoded.coefficients);
-    assert_true(status != SRNF_ENOMEM && status != SRNF_ECANCELED);
-    return (timing_cpu() - start + prepared) / (double)mesh->n_faces * (status < 0 ? -1.0 : 1.0);
+    timed->status = status == SRNF_ENOMEM || status == SRNF_ECANCELED ? status : timed->status;
+    timed->cost[r] = ((timing_cpu() - start) / (double)mesh->n_faces + timed->preparation) *
+                     (status < 0 ? -1.0 : 1.0);
+}
+
+/* A body of a loop over threads, so it asserts nothing. */
+static void time_mesh(void *argument, size_t i)
+{
+    const struct study *study = argument;
+    struct timed *timed = &study->timed[i];
+    struct test_random random = test_random_seed(study->seed + i);
+    struct srnf_mesh mesh = draw(&random, i, study->faces, &timed->name);
+    struct srnf_mesh_report report;
+    double start = timing_cpu();
+
+    timed->status = srnf_mesh_prepare(&mesh, true, &report);
+    timed->preparation = (timing_cpu() - start) / (double)mesh.n_faces;
+    for (size_t r = 0; r < 2 && timed->status == SRNF_OK; r++) {
+        encode(&mesh, &report, r, timed);
+    }
+    srnf_mesh_clear(&mesh);
 }
 
 static void test_cost_of_a_face(void **state)
 {
-    static const enum srnf_parameterization routes[] = {SRNF_PARAMETERIZATION_AREA,
-                                                        SRNF_PARAMETERIZATION_STAR};
-    struct test_random random = test_random_seed(setting("SRNFD_TIME_SEED", 1));
-    size_t count = setting("SRNFD_TIME_MESHES", 24), faces = setting("SRNFD_TIME_FACES", 1000000);
+    static struct timed timed[MESHES_MAX];
+    struct study study = {setting("SRNFD_TIME_FACES", 1000000), setting("SRNFD_TIME_SEED", 1),
+                          timed};
+    size_t count = setting("SRNFD_TIME_MESHES", 24);
     double costs[2 * MESHES_MAX], worst = 0.0, median;
-    size_t n = 0;
     (void)state;
 
     assert_true(count > 0 && count <= MESHES_MAX);
+    fftw_make_planner_thread_safe();
+    parallel_spread(AT_ONCE, count, time_mesh, &study);
     for (size_t i = 0; i < count; i++) {
-        const char *name;
-        struct srnf_mesh mesh = draw(&random, i, faces, &name);
-        struct srnf_mesh_report report;
-        double start = timing_cpu(), prepared;
-
-        assert_int_equal(srnf_mesh_prepare(&mesh, true, &report), SRNF_OK);
-        prepared = timing_cpu() - start;
+        assert_int_equal(timed[i].status, SRNF_OK);
         for (size_t r = 0; r < 2; r++) {
-            double cost = encode(&mesh, &report, routes[r], prepared);
-
-            print_message("# %-12s %s %7.2f us a face (%.2f to prepare)%s\n", name,
-                          srnf_parameterization_name(routes[r]), 1e6 * fabs(cost),
-                          1e6 * prepared / (double)mesh.n_faces, cost < 0.0 ? ", refused" : "");
-            costs[n++] = fabs(cost);
-            worst = compare_max(worst, fabs(cost));
+            print_message("# %-12s %s %7.2f us a face (%.2f to prepare)%s\n", timed[i].name,
+                          srnf_parameterization_name(routes[r]), 1e6 * fabs(timed[i].cost[r]),
+                          1e6 * timed[i].preparation, timed[i].cost[r] < 0.0 ? ", refused" : "");
+            costs[2 * i + r] = fabs(timed[i].cost[r]);
+            worst = compare_max(worst, costs[2 * i + r]);
         }
-        srnf_mesh_clear(&mesh);
     }
-    median = timing_median(n, costs);
+    median = timing_median(2 * count, costs);
     print_message("# median %.2f us, largest %.2f us: %.1f times\n", 1e6 * median, 1e6 * worst,
                   worst / median);
     assert_true(worst <= RATIO_MAX * median);
