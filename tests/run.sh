@@ -64,8 +64,8 @@ for kind in asan tsan; do
 done
 export SRNFD SRNFD_BUILD SRNFD_SANITIZED
 # Test programs compute with the kernels that the daemon chose for itself (server/main/kernels.h).
-OPENBLAS_CORETYPE=$("$SRNFD" version 2>/dev/null | sed -n 's/^openblas .*, //p')
-export OPENBLAS_CORETYPE
+KERNELS=$("$SRNFD" version 2>/dev/null | sed -n 's/^openblas .*, //p')
+[ -z "$KERNELS" ] || export OPENBLAS_CORETYPE="$KERNELS"
 export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_stack_use_after_return=1:allocator_may_return_null=1}
 export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1}
 export TSAN_OPTIONS=${TSAN_OPTIONS:-second_deadlock_stack=1:allocator_may_return_null=1}

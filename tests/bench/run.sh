@@ -15,8 +15,8 @@ BUILD=$(cd "$1" && pwd)
 cd "$(dirname "$0")/../.." || exit 2
 export SRNFD_BUILD=$BUILD SRNFD=$BUILD/srnfd
 # With the kernels that the daemon chooses for itself (server/main/kernels.h), or those that the environment names.
-OPENBLAS_CORETYPE=$("$SRNFD" version 2>/dev/null | sed -n 's/^openblas .*, //p')
-export OPENBLAS_CORETYPE
+KERNELS=$("$SRNFD" version 2>/dev/null | sed -n 's/^openblas .*, //p')
+[ -z "$KERNELS" ] || export OPENBLAS_CORETYPE="$KERNELS"
 
 version_of() { # PACKAGE
     pkg-config --modversion "$1" 2>/dev/null || echo '?'
@@ -26,7 +26,7 @@ printf 'machine   %s, %d processors, %s\n' \
     "$(sed -n 's/^model name[ \t]*: //p' /proc/cpuinfo | head -n 1)" "$(nproc)" "$(uname -srm)"
 printf 'load      %s\n' "$(cut -d ' ' -f 1-3 /proc/loadavg)"
 printf 'compiler  %s\n' "$(gcc --version | head -n 1)"
-printf 'libraries OpenBLAS %s with kernels for %s, FFTW %s\n' "$(version_of openblas)" "${OPENBLAS_CORETYPE:-?}" \
+printf 'libraries OpenBLAS %s with kernels for %s, FFTW %s\n' "$(version_of openblas)" "${KERNELS:-?}" \
     "$(version_of fftw3)"
 printf 'source    %s\n' "$(git describe --always --dirty 2>/dev/null || echo unknown)"
 
