@@ -79,10 +79,10 @@ size_t normal_matrix_size(size_t degree)
     return 3 * (srnf_coefficient_count(degree) - 1);
 }
 
-void normal_matrix_order(size_t degree, size_t *order)
+void normal_matrix_order(size_t degree, size_t each, size_t *order)
 {
     for (size_t c = 0; c < 3; c++) {
-        size_t start = c * srnf_coefficient_count(degree);
+        size_t start = c * each;
 
         for (size_t m = 0; m <= degree; m++) {
             for (size_t l = least_degree(m); l <= degree; l++) {
@@ -256,11 +256,12 @@ static void fill_chunk(void *argument, size_t chunk)
     }
 }
 
-int normal_matrix_assemble(const struct srnf_sht *sht, const double *u, const double *weight,
-                           const struct srnf_context *context, double *matrix)
+int normal_matrix_assemble(const struct srnf_sht *sht, size_t degree, const double *u,
+                           const double *weight, const struct srnf_context *context,
+                           double *matrix)
 {
     const struct srnf_grid *grid = srnf_sht_grid(sht);
-    size_t degree = srnf_sht_degree(sht), rows = grid->n_theta;
+    size_t rows = grid->n_theta;
     size_t sums = PAIRS * (2 * degree + 1) * rows;
     struct assembly a = {.context = context,
                          .degree = degree,

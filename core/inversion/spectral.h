@@ -25,18 +25,19 @@ void spectral_fit_scale(struct gauss_newton *system, double *x);
 
 /* Unknowns of a degree without the translations, 3 ((L + 1)^2 - 1). */
 size_t normal_matrix_size(size_t degree);
-/* order[i] = place in double[3][(L+1)^2] of the unknown i of the matrix: by coordinate, then by
-   order m, cosines before sines, then by l. */
-void normal_matrix_order(size_t degree, size_t *order);
+/* order[i] = place in double[3][each], each >= (degree + 1)^2, of the unknown i of the matrix: by
+   coordinate, then by order m, cosines before sines, then by l. */
+void normal_matrix_order(size_t degree, size_t each, size_t *order);
 /*
- * Lower triangle of A = M^(-1/2) T M^(-1/2), translations left out.
+ * Lower triangle of A = M^(-1/2) T M^(-1/2) on surfaces of a degree, translations left out.
+ *   degree  [in]  up to that of the transform
  *   u       [in]  double[3][points] as of normal_form_field
  *   weight  [in]  double[points] of the quadrature
  *   matrix  [out] double[n][n] by columns, n = normal_matrix_size; above the diagonal it means
  *                 nothing
  * The same for any number of threads. Returns SRNF_OK, SRNF_ENOMEM or SRNF_ECANCELED.
  */
-SRNF_CHECKED int normal_matrix_assemble(const struct srnf_sht *sht, const double *u,
+SRNF_CHECKED int normal_matrix_assemble(const struct srnf_sht *sht, size_t degree, const double *u,
                                         const double *weight, const struct srnf_context *context,
                                         double *matrix);
 

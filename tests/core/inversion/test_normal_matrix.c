@@ -42,7 +42,7 @@ static void set_up(struct fixture *f, size_t degree, size_t rows, size_t columns
     }
     assert_int_equal(gauss_newton_create(&f->system, f->sht, f->q), SRNF_OK);
     normal_form_field(f->system, f->u);
-    normal_matrix_order(degree, f->order);
+    normal_matrix_order(degree, srnf_coefficient_count(degree), f->order);
     linear_diagonal(degree, 0.0, 1.0, f->mass);
 }
 
@@ -59,7 +59,7 @@ static void tear_down(struct fixture *f)
 
 static int assemble(struct fixture *f, const struct srnf_context *context)
 {
-    return normal_matrix_assemble(f->sht, f->u, f->system->weight, context, f->matrix);
+    return normal_matrix_assemble(f->sht, srnf_sht_degree(f->sht), f->u, f->system->weight, context, f->matrix);
 }
 
 /* Largest difference of the lower triangle from the products, whose entries are up to 1. */
@@ -122,6 +122,38 @@ static void can_be_cancelled(void **state)
     tear_down(&f);
 }
 
+/* On surfaces of a lower degree it is a part of the matrix. */
+static void lower_degrees_are_a_part(void **state)
+{
+    size_t low = normal_matrix_size(4), each = srnf_coefficient_count(9);
+    size_t *order = srnf_alloc(low, sizeof *order), *place = srnf_alloc(3 * each, sizeof *place);
+    double *part = srnf_alloc(low * low, sizeof *part), worst = 0.0;
+    struct fixture f;
+    (void)state;
+
+    set_up(&f, 9, 0, 0);
+    assert_true(order && place && part);
+    normal_matrix_order(4, each, order);
+    for (size_t i = 0; i < f.n; i++) {
+        place[f.order[i]] = i;
+    }
+    assert_int_equal(assemble(&f, NULL), SRNF_OK);
+    assert_int_equal(normal_matrix_assemble(f.sht, 4, f.u, f.system->weight, NULL, part), SRNF_OK);
+    for (size_t j = 0; j < low; j++) {
+        for (size_t i = j; i < low; i++) {
+            size_t a = place[order[i]], b = place[order[j]];
+            double entry = a > b ? f.matrix[b * f.n + a] : f.matrix[a * f.n + b];
+
+            worst = compare_max(worst, fabs(part[j * low + i] - entry));
+        }
+    }
+    assert_true(worst < 1e-15);
+    srnf_free(order);
+    srnf_free(place);
+    srnf_free(part);
+    tear_down(&f);
+}
+
 /* Each place but the translations, once. */
 static void orders_all_unknowns(void **state)
 {
@@ -129,7 +161,7 @@ static void orders_all_unknowns(void **state)
     (void)state;
 
     assert_int_equal(normal_matrix_size(9), 3 * 99);
-    normal_matrix_order(9, order);
+    normal_matrix_order(9, 100, order);
     for (size_t i = 0; i < 3 * 99; i++) {
         assert_true(order[i] < 300 && order[i] % 100 != 0);
         assert_int_equal(seen[order[i]]++, 0);
@@ -141,6 +173,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(equals_its_products),
         cmocka_unit_test(can_be_cancelled),
+        cmocka_unit_test(lower_degrees_are_a_part),
         cmocka_unit_test(orders_all_unknowns),
     };
 
