@@ -21,13 +21,6 @@
 #define ALTERNATE_GAIN 4e-3
 #define STEPS_MAX ((size_t)120) /* of a degree; common poses may need 100 to come to rest */
 
-/* Degrees of the fields in turn, and the gain below which each is left. */
-static const struct {
-    size_t degree;
-    double decrease;
-} ladder[] = {{4, 1e-2}, {8, 3e-3}, {12, 1e-3}, {16, 1e-3}, {24, 1e-3}, {32, 1e-3}};
-#define RUNGS (sizeof ladder / sizeof ladder[0])
-
 struct climb {
     const struct search *search;
     struct tabulated_target target;
@@ -187,13 +180,14 @@ static int climb_rungs(struct climb *c, size_t from, size_t most, struct search_
 {
     int status = SRNF_OK;
 
-    for (size_t k = 0; k < RUNGS && status == SRNF_OK; k++) {
-        size_t degree = ladder[k].degree < most ? ladder[k].degree : most;
+    for (size_t k = 0; k < LADDER_RUNGS && status == SRNF_OK; k++) {
+        size_t degree = registration_ladder[k].degree < most ? registration_ladder[k].degree : most;
 
         if (degree > from && (degree == most || has_room(c, degree))) {
-            status = climb_rung(c, true, degree, ladder[k].decrease, &result->warp.chain, result);
+            status = climb_rung(c, true, degree, registration_ladder[k].decrease,
+                                &result->warp.chain, result);
         }
-        if (k + 1 == RUNGS || ladder[k].degree >= most) {
+        if (k + 1 == LADDER_RUNGS || registration_ladder[k].degree >= most) {
             break;
         }
     }

@@ -151,19 +151,6 @@ static void add_displacement(const struct assembly *a, double displacement, doub
     }
 }
 
-static void place_nodes(struct assembly *a)
-{
-    for (size_t i = 0; i < a->n; i++) {
-        size_t row = i / a->grid->n_phi;
-        double phi = 2.0 * SRNF_PI * (double)(i % a->grid->n_phi) / (double)a->grid->n_phi;
-
-        a->points[3 * i] = a->grid->sin_theta[row] * cos(phi);
-        a->points[3 * i + 1] = a->grid->sin_theta[row] * sin(phi);
-        a->points[3 * i + 2] = a->grid->cos_theta[row];
-        a->weight[i] = a->grid->weight[row];
-    }
-}
-
 int registration_matrix(const struct moving *moving, size_t degree, double displacement,
                         double *matrix)
 {
@@ -201,7 +188,7 @@ int registration_matrix(const struct moving *moving, size_t degree, double displ
     a.d_phi = memory + 6 * a.n;
     a.columns = memory + 13 * a.n;
     a.coefficients = memory + (13 + 3 * a.unknowns) * a.n;
-    place_nodes(&a);
+    registration_nodes(a.grid, a.points, a.weight);
     moving_evaluate(moving, a.points, &a.samples);
     fill_columns(&a, moving_context(moving), sht, memory + 7 * a.n, memory + 10 * a.n);
     status = multiply_columns(&a, moving_context(moving), matrix);

@@ -138,26 +138,3 @@ void registration_measure(const struct problem *problem, struct warp *warp,
             residual_norm2(t, warp, target_reference(t), warp->points, displacement_rotation);
     }
 }
-
-double registration_penalty(const struct problem *problem, const struct warp *warp,
-                            double displacement_rotation[9])
-{
-    const struct target *t = &problem->target;
-    double penalty = 0.0;
-    double b[9];
-
-    set_identity(displacement_rotation);
-    if (problem->free_rotation) {
-        moments(t, warp, target_reference(t), warp->points, b);
-        (void)registration_closest_rotation(b, displacement_rotation);
-    }
-    if (problem->penalty.jacobian > 0.0) {
-        penalty += problem->penalty.jacobian * jacobian_penalty(t, warp);
-    }
-    if (problem->penalty.displacement > 0.0) {
-        penalty +=
-            problem->penalty.displacement *
-            residual_norm2(t, warp, target_reference(t), warp->points, displacement_rotation);
-    }
-    return penalty;
-}

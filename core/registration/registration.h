@@ -184,9 +184,6 @@ void registration_objective(const struct problem *problem, struct warp *warp,
 /* The same with the samples as they are. */
 void registration_measure(const struct problem *problem, struct warp *warp,
                           const struct samples *samples, double displacement_rotation[9]);
-/* The penalties alone, of the points of a warp; they do not depend on the moving surface. */
-double registration_penalty(const struct problem *problem, const struct warp *warp,
-                            double displacement_rotation[9]);
 /* R maximizing trace(R' B), B row-major: closest rotation; returns that trace. */
 double registration_closest_rotation(const double b[9], double rotation[9]);
 
@@ -302,9 +299,6 @@ SRNF_CHECKED int search_evaluate(const struct search *search, const struct srnf_
 void search_result_clear(struct search_result *result);
 /* The least and the largest J of a result whose warp is on the nodes (extremes.c). */
 SRNF_CHECKED int search_extremes(const struct search *search, struct search_result *result);
-/* For tournament.c and climb.c. Target from a field [3][n] of a grid; memory: 7 n doubles. */
-void search_place(struct target *target, const struct srnf_grid *grid, const double *field,
-                  double *memory);
 /* The best rotation of the domain, refined: the points of result->warp, unmeasured, and what there
    is to tell of rotations (search_rigid.c). */
 SRNF_CHECKED int search_rigid(const struct search *search, struct search_result *result);

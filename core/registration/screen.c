@@ -238,6 +238,7 @@ size_t registration_screen(const double *first, const double *second, size_t cap
             all[i].energy = -tabulated_closest_rotation(b, NULL);
         }
         count = thin(all, capacity, starts);
+        *status = count > 0 ? SRNF_OK : SRNF_ENUMERIC;
     }
     srnf_free(s);
     srnf_free(all);

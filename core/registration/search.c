@@ -18,12 +18,8 @@
 #define ROUGH_STEPS ((size_t)5)
 #define EXACT_ENERGY 1e-3 /* below it two surfaces may well be the same up to a warp */
 
-/* Degrees of the fields in turn, and the gain below which each is left. */
-static const struct {
-    size_t degree;
-    double decrease;
-} ladder[] = {{4, 1e-2}, {8, 3e-3}, {12, 1e-3}, {16, 1e-3}, {24, 1e-3}, {32, 1e-3}};
-#define RUNGS (sizeof ladder / sizeof ladder[0])
+const struct ladder_rung registration_ladder[LADDER_RUNGS] = {{4, 1e-2},  {8, 3e-3},  {12, 1e-3},
+                                                              {16, 1e-3}, {24, 1e-3}, {32, 1e-3}};
 
 static size_t steps_max(const struct search *s)
 {
@@ -39,10 +35,10 @@ static int climb_directly(const struct search *s, size_t from, struct warp *warp
     int status = samples_create(&samples, s->full.target.n);
     size_t top = s->options->degree;
 
-    for (size_t k = 0; k < RUNGS && status == SRNF_OK; k++) {
-        bool last = k + 1 == RUNGS || ladder[k].degree >= top;
-        size_t degree = ladder[k].degree < top ? ladder[k].degree : top;
-        struct schedule schedule = {steps_max(s), ladder[k].decrease};
+    for (size_t k = 0; k < LADDER_RUNGS && status == SRNF_OK; k++) {
+        bool last = k + 1 == LADDER_RUNGS || registration_ladder[k].degree >= top;
+        size_t degree = registration_ladder[k].degree < top ? registration_ladder[k].degree : top;
+        struct schedule schedule = {steps_max(s), registration_ladder[k].decrease};
         struct level level;
 
         if (degree > from) {

@@ -8,7 +8,8 @@
 
 #include <string.h>
 
-void search_place(struct target *target, const struct srnf_grid *grid, const double *field,
+/* Target from a field [3][n] of a grid; memory: 7 n doubles. */
+static void place(struct target *target, const struct srnf_grid *grid, const double *field,
                   double *memory)
 {
     size_t n = grid->n_theta * grid->n_phi;
@@ -93,7 +94,7 @@ static int full_target(struct search *s, const struct srnf_sht *sht, const doubl
         if (!s->full_memory) {
             return SRNF_ENOMEM;
         }
-        search_place(&s->full.target, grid, q1, s->full_memory);
+        place(&s->full.target, grid, q1, s->full_memory);
         s->nodes = (struct nodes_of){grid->kind, grid->n_theta, grid->n_phi};
         return SRNF_OK;
     }
@@ -104,7 +105,7 @@ static int full_target(struct search *s, const struct srnf_sht *sht, const doubl
                  ? fine_field(s, sht, q1, template_surface, &s->nodes, &fine, field)
                  : SRNF_ENOMEM;
     if (status == SRNF_OK) {
-        search_place(&s->full.target, srnf_sht_grid(fine), field, s->full_memory);
+        place(&s->full.target, srnf_sht_grid(fine), field, s->full_memory);
     }
     srnf_free(field);
     tools_return_transform(s->tools, fine);
@@ -206,7 +207,7 @@ int search_coarsen(const struct search *s, size_t rows, size_t degree, double **
                    count * sizeof(double));
         }
         srnf_sht_synthesis(sht, 3, field + 3 * n, field, workspace);
-        search_place(target, srnf_sht_grid(sht), field, *memory);
+        place(target, srnf_sht_grid(sht), field, *memory);
     } else {
         status = status ? status : SRNF_ENOMEM;
     }

@@ -7,7 +7,6 @@
 #include <math.h>
 
 #define RIGID_REFINED ((size_t)10)
-#define AMBIGUITY_ANGLE (15.0 * SRNF_PI / 180.0)
 
 /* Refined on the grid of the last round of the tournament, by its table. */
 static int refine_starts(const struct search *s, size_t count, struct start_rotation *starts)

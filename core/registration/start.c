@@ -1,7 +1,8 @@
 /*
  * start.c - rigid refinement of a start.
  *
- * Levenberg-Marquardt over R <- exp(omega) R and O, exact q2 at the turned nodes. With y = O' q1 -
+ * Levenberg-Marquardt over R <- exp(omega) R and O, q2 at the turned nodes by the
+ * surface itself or by its table. With y = O' q1 -
  * q2(R s): the columns are grad q2 . (e_j x p) and e_j x q2, six unknowns, or the first three where
  * values are not rotated.
  *

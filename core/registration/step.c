@@ -239,8 +239,9 @@ int fields_apply_inverse(const struct fields *fields, const double *potentials, 
         left = 0.0;
         e = evaluate(fields, potentials, n, x, rest);
         for (size_t i = 0; i < n; i++) {
-            left =
-                fmax(left, newton_point(&e, i, points + 3 * i, &newton[i], x + 3 * i, &steps[i]));
+            double one = newton_point(&e, i, points + 3 * i, &newton[i], x + 3 * i, &steps[i]);
+
+            left = one <= left ? left : one; /* what is no number stays */
         }
     }
     if (!(left <= INVERSE_TOLERANCE)) {

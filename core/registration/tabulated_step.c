@@ -238,6 +238,11 @@ void cloud_measure(const struct tabulated_problem *problem, struct cloud *cloud)
     double fields, points;
 
     sum_points(t, cloud, problem->moving->pulled, problem->penalty.jacobian > 0.0, &sums);
+    if (!isfinite(sums.fields[0] + sums.points[0] + sums.square + sums.area + sums.penalty)) {
+        /* The warp folds the sphere over. Rotations of no numbers, and fmax below, would hide it. */
+        cloud->energy = cloud->objective = INFINITY;
+        return;
+    }
     if (problem->free_rotation) {
         fields = tabulated_closest_rotation(sums.fields, cloud->rotation);
         points = tabulated_closest_rotation(sums.points, cloud->displacement);

@@ -14,7 +14,6 @@
 #include <string.h>
 
 #define ENTRANTS ((size_t)36)
-#define AMBIGUITY_ANGLE (15.0 * SRNF_PI / 180.0)
 #define ORDER ((size_t)4)
 #define DECREASE 1e-3
 #define RIGID_ROUND 2            /* on whose grid the curvature over rotations is measured */
@@ -402,6 +401,7 @@ static int run_rounds(struct tournament *t, const struct start_rotation *best,
         status = status ? status : play(t, k, &arena, &result->iterations);
         if (status == SRNF_OK) {
             keep_best(t, &arena.target, rounds[k].keep, behind_of(t, k));
+            status = isfinite(t->entrants[0].cloud.objective) ? SRNF_OK : SRNF_ENUMERIC;
             srnf_report_progress(t->search->context, 0.1 * (double)(k + 2), "tournament");
         }
         if (status == SRNF_OK && k + 1 == ROUNDS) {

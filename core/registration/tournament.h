@@ -12,6 +12,15 @@
 /* Of the fields that the tournament ends with, whose steps come before those of delta (climb.c). */
 #define BASIN_DEGREE ((size_t)8)
 
+/* Degrees of the fields in turn, and the gain below which each is left. */
+struct ladder_rung {
+    size_t degree;
+    double decrease;
+};
+#define LADDER_RUNGS ((size_t)6)
+extern const struct ladder_rung registration_ladder[LADDER_RUNGS];
+#define AMBIGUITY_ANGLE (15.0 * SRNF_PI / 180.0) /* between maps of two basins, at least */
+
 /* Rows of the grid, degrees of the surfaces and of the fields, rows of the fields' tables, steps,
    how many entrants are kept at most. */
 struct tournament_round {

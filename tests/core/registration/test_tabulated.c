@@ -351,6 +351,36 @@ static void objective_and_gradient_are_the_direct_ones(void **state)
     }
 }
 
+/* A warp that folds the sphere over, or points that are no numbers, must not look like a match. */
+static void folded_points_never_win(void **state)
+{
+    const double values[] = {-1.0, NAN};
+    (void)state;
+
+    for (size_t i = 0; i < 2; i++) {
+        struct bench t;
+
+        open_bench(&t, SRNF_REPRESENTATION_SRNF, 6, 4.0, true);
+        cloud_evaluate(&t.table, &t.cloud);
+        t.cloud.jacobian[5] = values[i];
+        cloud_measure(&t.tabulated, &t.cloud);
+        assert_true(t.cloud.energy == INFINITY && t.cloud.objective == INFINITY);
+        close_bench(&t);
+    }
+}
+
+/* Fields that are no numbers have no best rotation. */
+static void no_rotation_is_no_start(void **state)
+{
+    double first[3 * SCREEN_COUNT] = {NAN}, second[3 * SCREEN_COUNT] = {1.0};
+    struct start_rotation starts[4];
+    int status;
+    (void)state;
+
+    assert_int_equal(registration_screen(first, second, 4, starts, &status), 0);
+    assert_int_equal(status, SRNF_ENUMERIC);
+}
+
 static void matrix_and_solutions_are_the_direct_ones(void **state)
 {
     size_t k = registration_unknowns(FIELDS);
@@ -719,6 +749,8 @@ int main(void)
         cmocka_unit_test(fine_steps_are_the_direct_ones),
         cmocka_unit_test(long_steps_are_refused),
         cmocka_unit_test(objective_and_gradient_are_the_direct_ones),
+        cmocka_unit_test(folded_points_never_win),
+        cmocka_unit_test(no_rotation_is_no_start),
         cmocka_unit_test(matrix_and_solutions_are_the_direct_ones),
         cmocka_unit_test(closest_rotations_are_those_of_the_decomposition),
         cmocka_unit_test(pulled_surfaces_are_those_at_the_warped_points),
