@@ -80,6 +80,7 @@ static uint64_t digest(const struct mean_run *run)
     hash = hash_u64(hash, flags);
     hash = hash_u64(hash, o->degree);
     hash = hash_u64(hash, (uint64_t)o->start);
+    hash = hash_u64(hash, o->max_steps);
     hash = hash_u64(hash, bits_of(o->penalty_jacobian));
     hash = hash_u64(hash, bits_of(o->penalty_displacement));
     for (size_t i = 0; i < run->n; i++) {

@@ -193,7 +193,7 @@ static int find_potentials(const struct mean_run *run, size_t i, struct mean_too
     return status;
 }
 
-/* ---- Against the mean ------------------------------------------------------------------------ */
+/* ---- Steps towards it ------------------------------------------------------------------------ */
 
 /* What is open while a subject is looked at. */
 struct session {
