@@ -176,7 +176,8 @@ SERVER_OPT_release := -O2
 
 # The transforms and what is built on them may fuse multiply and add; the exact predicates of the meshes may not.
 FUSED := harmonics linear srnf surface inversion registration geodesic pullback
-$(foreach folder,$(FUSED),$(O)/core/$(folder)/%.o): CFLAGS += -ffp-contract=fast -fno-trapping-math
+FUSED_FLAGS := -ffp-contract=fast -fno-trapping-math
+$(foreach folder,$(FUSED),$(O)/core/$(folder)/%.o): CFLAGS += $(FUSED_FLAGS)
 
 $(CORE_LIB): $(call obj,$(CORE_SRC))
 	@rm -f $@
@@ -189,7 +190,8 @@ $(CORE_LIB): $(call obj,$(CORE_SRC))
 ANSWER_TEXT   := $(CORE_SRC) $(sort $(wildcard include/*.h include/srnf/*.h core/*.h core/*/*.h \
                    server/processes/*.[ch] server/toolkit/*.[ch] server/api/*.[ch] \
                    server/compute/*.[ch] server/jobs/*.[ch] server/tasks/*.[ch]))
-answer_digest  = $(shell (echo '$(OPT)'; cat $(ANSWER_TEXT)) | sha256sum | cut -c 1-16)
+ANSWER_FLAGS  := $(CFLAGS) $(HOT_$(CONFIG)) $(SERVER_OPT_$(CONFIG)) $(FUSED) $(FUSED_FLAGS)
+answer_digest  = $(shell (echo '$(ANSWER_FLAGS)'; cat $(ANSWER_TEXT)) | sha256sum | cut -c 1-16)
 $(O)/server/build.o: $(ANSWER_TEXT)
 $(O)/server/build.o: CPPFLAGS += -DSRNF_ANSWER_DIGEST='"$(answer_digest)"'
 

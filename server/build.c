@@ -2,10 +2,9 @@
  * build.c - versions and the numeric build id.
  *
  * The id names the project's version, a digest of the compiler flags and of the sources that decide
- * answers (core/, server/api/, server/jobs/), the compiler, and the libraries that compute: FFTW,
- * GLPK and OpenBLAS with the kernels that it has chosen for this processor. The HTTP library or the
- * database may change without making results
- * stale; they are only listed.
+ * answers (ANSWER_TEXT of the Makefile), the compiler, and the libraries that compute: FFTW, GLPK
+ * and OpenBLAS with the kernels that it has chosen for this processor. The HTTP library or the
+ * database may change without making results stale; they are only listed.
  */
 #include "build.h"
 
