@@ -171,7 +171,7 @@ static const struct config_help names[N_SETTINGS] = {
      "a job that runs longer fails with time-limit; 0, the default, sets no limit"},
     {"jobMemory", "SRNFD_JOB_MEMORY", "--job-memory",
      "bytes that a job may have in use, beyond them it fails with memory-limit; 0, the default, is "
-     "three quarters of the memory divided by the workers and one more"},
+     "three quarters of the memory divided by the workers and two more"},
     {"jobCache", "SRNFD_JOB_CACHE", "--job-cache",
      "bytes that a mean of a large group holds in memory of the warps of its members, beyond them "
      "it has a file in the data directory; 0, the default, is an eighth of jobMemory, 134217728 at "

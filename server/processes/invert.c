@@ -374,6 +374,11 @@ static bool lacks_proof(const struct inverting *inverting, const struct srnf_inv
                        "eigenvalue is at most %.2g, and means something only above %.2g. Convex "
                        "surfaces and those near them cannot be certified.",
                        certificate->second_eigenvalue, certificate->threshold);
+    } else if (!inversion->converged) {
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "There is a certificate only of an inversion that reaches its tolerance; "
+                       "the relative energy that is left is %.2g, the tolerance %.2g.",
+                       inversion->relative_energy, inverting->tolerance);
     } else {
         (void)snprintf(result->problem_detail, sizeof result->problem_detail,
                        "There is a certificate only up to degree 31 and for exact SRNFs; here the "

@@ -126,7 +126,7 @@ static size_t count_values(uint64_t kind, uint64_t degree)
     if (kind == SRNF_WARP_ROTATION) {
         return degree == 0 ? 9 : 0;
     }
-    return (kind == SRNF_WARP_EXP || kind == SRNF_WARP_EXP_INVERSE) && degree <= LINK_DEGREE_MAX
+    return kind == SRNF_WARP_EXP && degree <= LINK_DEGREE_MAX
                ? 2 * srnf_coefficient_count((size_t)degree)
                : 0;
 }

@@ -16,16 +16,15 @@
 
 const char *const mean_srnf_methods[] = {"srnf", NULL};
 
-/* Of the warps of registered members, on the working grid of a mean: points, Jacobians and what
-   they were made by (core/stats/mean.c), as far as they are in memory (core/stats/mean_spill.c).
-   Nuclei at degree 15 have chains of 0.02 to 0.09 MB. */
-#define BYTES_REGISTERED (32.0 * 4608.0 + 1e5)
+/* Of the chains that warps of registered members were made by: nuclei at degree 15 have 0.02 to
+   0.09 MB. */
+#define BYTES_CHAIN 1e5
+#define WARP_ROWS 48.0      /* of the grid of a mean, at least: 4 times the degree of its fields */
+#define WARP_UNKNOWNS 336.0 /* of its fields, of degree 12 */
 #define BYTES_HELD 134217728.0 /* without an engine to ask */
 /* Of their steps, and of fields that are made in batches. */
 #define BYTES_STEPS 6e3
 #define BYTES_BATCHES 5e7
-/* And of what evaluating and moving them takes, as far as it is kept. */
-#define BYTES_KEPT 1.2e6
 #define BYTES_KEPT_MOST 268435456.0
 #define SQUARES 5.0 /* matrices of n x n numbers: distances, and a Gram matrix with its vectors */
 
@@ -35,6 +34,29 @@ static size_t group_size(const struct process_inputs *inputs)
     const json_t *cohort = json_object_get(inputs->canonical, "cohort");
 
     return json_array_size(surfaces ? surfaces : json_object_get(cohort, "surfaces"));
+}
+
+/* Nodes of the grid that a mean is registered on: that of lmax, where it is finer. */
+static double warp_nodes(long degree)
+{
+    double rows = fmax(WARP_ROWS, 1.5 * (double)(degree + 1));
+
+    return 2.0 * rows * rows;
+}
+
+/* Of the warp of a member, as far as it is in memory (core/stats/mean_spill.c): points, Jacobians
+   and chain. */
+static double bytes_of_warp(long degree)
+{
+    return 32.0 * warp_nodes(degree) + BYTES_CHAIN;
+}
+
+/* And of what evaluating and moving it takes, as far as it is kept (core/stats/mean_tools.c). */
+static double bytes_of_tools(long degree)
+{
+    double rows = 4.0 * (double)degree + 16.0;
+
+    return 8.0 * (WARP_UNKNOWNS * WARP_UNKNOWNS + 8.0 * rows * rows + 9.0 * warp_nodes(degree));
 }
 
 static double bytes_beside_fields(const struct process_inputs *inputs, size_t n, long degree)
@@ -47,8 +69,8 @@ static double bytes_beside_fields(const struct process_inputs *inputs, size_t n,
 
     bytes += 2.0 * members * coefficients;
     if (json_is_true(json_object_get(inputs->canonical, "register"))) {
-        bytes += fmin(members * BYTES_REGISTERED, cache) + members * BYTES_STEPS +
-                 fmin(members * BYTES_KEPT, BYTES_KEPT_MOST) + BYTES_BATCHES;
+        bytes += fmin(members * bytes_of_warp(degree), cache) + members * BYTES_STEPS +
+                 fmin(members * bytes_of_tools(degree), BYTES_KEPT_MOST) + BYTES_BATCHES;
     }
     return bytes;
 }
