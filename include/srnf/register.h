@@ -35,7 +35,8 @@ struct srnf_register_options {
     bool common_pose; /* the data share a pose: no rotation anywhere, start identity */
     bool symmetric;   /* both ways, the lower objective, refined: equal for (a, b) and (b, a) */
     bool exact;       /* no penalty, up to degree 32: for surfaces that differ by a warp alone */
-    size_t max_steps; /* at most so many for each degree of fields; 0, the default: 40 */
+    size_t max_steps; /* at most so many for each degree of fields; 0, the default: 120, or 40
+                         in exact mode and of surfaces that are nearly the same */
 };
 struct srnf_register_options srnf_register_options_defaults(void);
 
