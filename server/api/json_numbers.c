@@ -27,6 +27,13 @@ json_t *json_vector(const double *values, size_t count)
     return array;
 }
 
+json_t *json_estimate(const struct srnf_estimate *estimate, double scale)
+{
+    return json_pack("{s:o, s:[o, o]}", "value", json_finite(estimate->value * scale), "interval",
+                     json_finite(estimate->interval[0] * scale),
+                     json_finite(estimate->interval[1] * scale));
+}
+
 json_t *json_nested(const double *values, size_t n_dimensions, const size_t *shape)
 {
     size_t stride = 1;

@@ -9,6 +9,9 @@
 /* The number as a JSON real; null deliberately where it is not finite, which JSON cannot say. */
 json_t *json_finite(double value);
 json_t *json_vector(const double *values, size_t count);
+/* {value, interval: [lower, upper]}, all times a scale. */
+struct srnf_estimate; /* srnf.h */
+json_t *json_estimate(const struct srnf_estimate *estimate, double scale);
 /* Nested arrays of the shape (one to three extents), C order. */
 json_t *json_nested(const double *values, size_t n_dimensions, const size_t *shape);
 /* Reads an array of that shape, nested or flat. Problems name the element. */

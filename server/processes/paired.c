@@ -211,12 +211,6 @@ static int compute(struct jobs_run *run, const struct paired *asked, struct grou
 
 /* ---- The result ------------------------------------------------------------------------------ */
 
-static json_t *estimate_json(const struct srnf_estimate *estimate)
-{
-    return json_pack("{s:o, s:o}", "value", json_finite(estimate->value), "interval",
-                     json_vector(estimate->interval, 2));
-}
-
 static json_t *keep_surface(struct jobs_run *run, const struct group_mean *mean,
                             const struct srnf_paired *found, const char *process,
                             struct jobs_result *result)
@@ -306,12 +300,12 @@ json_t *paired_run(struct jobs_run *run, const struct paired *asked, const char 
     if (surface) {
         size_t points = mean.outputs.n_theta * mean.outputs.n_phi;
 
-        document =
-            json_pack("{s:o, s:o, s:o, s:I, s:o, s:o, s:o, s:o}", "surface", surface, "perSubject",
-                      subjects_json(asked, &s, points, &found), "distance", json_finite(found.norm),
-                      "subjects", (json_int_t)asked->n, difference, estimate_json(&found.change),
-                      spread, estimate_json(&found.fluctuating), "individual",
-                      estimate_json(&found.individual), "share", estimate_json(&found.share));
+        document = json_pack(
+            "{s:o, s:o, s:o, s:I, s:o, s:o, s:o, s:o}", "surface", surface, "perSubject",
+            subjects_json(asked, &s, points, &found), "distance", json_finite(found.norm),
+            "subjects", (json_int_t)asked->n, difference, json_estimate(&found.change, 1.0), spread,
+            json_estimate(&found.fluctuating, 1.0), "individual",
+            json_estimate(&found.individual, 1.0), "share", json_estimate(&found.share, 1.0));
         (void)json_object_set_new(document, "distanceInterval",
                                   json_vector(found.norm_interval, 2));
         permutation_set_p(document, "pValue", found.p_value, &found.test);

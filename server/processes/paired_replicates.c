@@ -64,22 +64,16 @@ static void fill_sizes(struct jobs_run *run, const struct paired *asked,
     }
 }
 
-static json_t *estimate_json(const struct srnf_estimate *estimate)
-{
-    return json_pack("{s:o, s:o}", "value", json_finite(estimate->value), "interval",
-                     json_vector(estimate->interval, 2));
-}
-
 static json_t *test_json(size_t measurements, const struct srnf_asymmetry_test *found)
 {
-    json_t *object =
-        json_pack("{s:I, s:I, s:f, s:f, s:f, s:f, s:[I, I], s:o, s:o, s:o, s:o}", "measurements",
-                  (json_int_t)measurements, "repeated", (json_int_t)found->repeated, "individual",
-                  found->individual, "side", found->side, "interaction", found->interaction,
-                  "error", found->error, "degreesOfFreedom", (json_int_t)found->freedom[0],
-                  (json_int_t)found->freedom[1], "f", estimate_json(&found->f), "fluctuating",
-                  estimate_json(&found->fluctuating), "measured", estimate_json(&found->measured),
-                  "repeatability", estimate_json(&found->repeatability));
+    json_t *object = json_pack(
+        "{s:I, s:I, s:f, s:f, s:f, s:f, s:[I, I], s:o, s:o, s:o, s:o}", "measurements",
+        (json_int_t)measurements, "repeated", (json_int_t)found->repeated, "individual",
+        found->individual, "side", found->side, "interaction", found->interaction, "error",
+        found->error, "degreesOfFreedom", (json_int_t)found->freedom[0],
+        (json_int_t)found->freedom[1], "f", json_estimate(&found->f, 1.0), "fluctuating",
+        json_estimate(&found->fluctuating, 1.0), "measured", json_estimate(&found->measured, 1.0),
+        "repeatability", json_estimate(&found->repeatability, 1.0));
 
     (void)json_object_set_new(object, "individualInterval",
                               json_vector(found->individual_interval, 2));

@@ -44,21 +44,14 @@ static struct store_maps slope_maps(const struct group_mean *mean, const struct 
     return maps;
 }
 
-static json_t *estimate_json(const struct srnf_estimate *estimate, double scale)
-{
-    return json_pack("{s:o, s:[o, o]}", "value", json_finite(estimate->value * scale), "interval",
-                     json_finite(estimate->interval[0] * scale),
-                     json_finite(estimate->interval[1] * scale));
-}
-
 static json_t *slope_json(const struct srnf_paired *slope, size_t points, double scale)
 {
     double fdr = 1.0, effect = 0.0, confidence = 0.0;
     json_t *object =
-        json_pack("{s:o, s:o, s:o, s:o, s:o}", "rate", estimate_json(&slope->change, scale),
-                  "variation", estimate_json(&slope->fluctuating, scale), "individual",
-                  estimate_json(&slope->individual, scale), "share",
-                  estimate_json(&slope->share, 1.0), "distance", json_finite(slope->norm * scale));
+        json_pack("{s:o, s:o, s:o, s:o, s:o}", "rate", json_estimate(&slope->change, scale),
+                  "variation", json_estimate(&slope->fluctuating, scale), "individual",
+                  json_estimate(&slope->individual, scale), "share",
+                  json_estimate(&slope->share, 1.0), "distance", json_finite(slope->norm * scale));
 
     (void)json_object_set_new(object, "distanceInterval",
                               json_pack("[o, o]", json_finite(slope->norm_interval[0] * scale),
