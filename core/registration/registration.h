@@ -184,6 +184,10 @@ void registration_objective(const struct problem *problem, struct warp *warp,
 /* The same with the samples as they are. */
 void registration_measure(const struct problem *problem, struct warp *warp,
                           const struct samples *samples, double displacement_rotation[9]);
+/* What an objective is raised by where the area of a warp, sum w J over a grid, is not that of the
+   sphere: there the warp squeezes a part of the moving surface between the nodes, where no sum sees
+   it, or folds. 0 for what a grid resolves. */
+double registration_hidden(double area);
 /* R maximizing trace(R' B), B row-major: closest rotation; returns that trace. */
 double registration_closest_rotation(const double b[9], double rotation[9]);
 
@@ -284,6 +288,7 @@ struct search_result {
     double distance;
     bool rotations_searched; /* the three that follow are known */
     double ambiguity_objective, ambiguity_angle, rotational_curvature;
+    double rigid_energy; /* of the best of the screening, refined on a coarse grid */
     size_t iterations;
 };
 /* From nothing: global start, then the fields by rising degree. */

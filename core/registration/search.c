@@ -231,6 +231,33 @@ static int from_rigid(const struct search *s, bool still, struct search_result *
     return status;
 }
 
+/* On from the best rigid start instead, where that alone is better than what there is: entrants of
+   the tournament are not refined, and penalties may hold them where they are. */
+static int try_rigid(const struct search *s, struct search_result *result)
+{
+    struct search_result other = {.iterations = 0};
+    int status;
+
+    if (!result->rotations_searched || !(result->rigid_energy < result->warp.objective)) {
+        return SRNF_OK;
+    }
+    status = search_rigid(s, &other);
+    status = status ? status : search_measure(s, &other.warp);
+    if (status == SRNF_OK && other.warp.objective < result->warp.objective) {
+        status = climb(s, 0, true, &other);
+        result->iterations += other.iterations;
+    }
+    if (status == SRNF_OK && other.warp.objective < result->warp.objective) {
+        struct warp replaced = result->warp;
+
+        result->warp = other.warp;
+        result->carried = other.carried;
+        other.warp = replaced;
+    }
+    search_result_clear(&other);
+    return status;
+}
+
 /* From what the options say. */
 static int run_once(const struct search *s, struct search_result *result)
 {
@@ -242,6 +269,9 @@ static int run_once(const struct search *s, struct search_result *result)
     *result = (struct search_result){0};
     if (status == SRNF_OK) {
         status = basin ? from_basin(s, still, result) : from_rigid(s, still, result);
+    }
+    if (status == SRNF_OK && basin && !still) {
+        status = try_rigid(s, result);
     }
     if (status) {
         search_result_clear(result);

@@ -252,6 +252,6 @@ void cloud_measure(const struct tabulated_problem *problem, struct cloud *cloud)
     }
     cloud->energy = fmax(0.0, t->norm2 + sums.square - 2.0 * fields) / t->norm2;
     cloud->objective =
-        cloud->energy + problem->penalty.jacobian * sums.penalty +
+        cloud->energy + registration_hidden(sums.area) + problem->penalty.jacobian * sums.penalty +
         problem->penalty.displacement * fmax(0.0, 4.0 * SRNF_PI + sums.area - 2.0 * points);
 }

@@ -318,7 +318,7 @@ static void find_ambiguity(const struct tournament *t, const struct tabulated_ta
 
 /* Of the best start of the screening, refined. */
 static int rotational_curvature(const struct search *s, const struct arena *a,
-                                const struct start_rotation *start, double *curvature)
+                                const struct start_rotation *start, struct search_result *result)
 {
     struct start_rotation refined = *start;
     struct moving moving = {.representation = s->options->representation,
@@ -333,8 +333,12 @@ static int rotational_curvature(const struct search *s, const struct arena *a,
                               .moving = &moving,
                               .free_rotation = s->full.free_rotation};
 
+    int status;
+
     moving.plan.points.context = s->context;
-    return registration_rigid(&problem, &refined, curvature);
+    status = registration_rigid(&problem, &refined, &result->rotational_curvature);
+    result->rigid_energy = refined.energy;
+    return status;
 }
 
 /* ---- Driver ---------------------------------------------------------------------------------- */
@@ -395,7 +399,7 @@ static int run_rounds(struct tournament *t, const struct start_rotation *best,
             break;
         }
         if (k == RIGID_ROUND && best) {
-            status = rotational_curvature(t->search, &arena, best, &result->rotational_curvature);
+            status = rotational_curvature(t->search, &arena, best, result);
             result->rotations_searched = true;
         }
         status = status ? status : play(t, k, &arena, &result->iterations);

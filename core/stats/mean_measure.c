@@ -125,6 +125,21 @@ SRNF_HOT static double sum_areas(const struct tabulated_target *t, const double 
     return SIMD_SUM(sum);
 }
 
+/* sum of weight u */
+SRNF_HOT static double sum_weighted(const struct tabulated_target *t, const double *ratio)
+{
+    simd sum = SIMD_SET(0.0);
+
+    for (size_t i = 0; i < t->n; i += SRNF_LANES) {
+        simd weight, u;
+
+        SIMD_LOAD(weight, t->weight + i);
+        SIMD_LOAD(u, ratio + i);
+        sum += weight * u;
+    }
+    return SIMD_SUM(sum);
+}
+
 static bool rotates(const struct mean_run *run)
 {
     return run->registration.rotation && !run->registration.common_pose;
@@ -148,7 +163,7 @@ void mean_penalty_at(const struct mean_run *run, const double *const point[3], c
         sum_moments(&run->aim, ratio, run->aim.node, point, b);
         (void)registration_closest_rotation(b, at->displacement);
     }
-    at->penalty = 0.0;
+    at->penalty = registration_hidden(sum_weighted(&run->aim, ratio));
     if (!o->exact && o->penalty_jacobian > 0.0) {
         at->penalty += o->penalty_jacobian * sum_areas(&run->aim, ratio);
     }

@@ -7,7 +7,7 @@
 #include "registration/tabulated.h"
 
 #define DEGREE ((size_t)15)
-#define LONG ((size_t)30) /* links: a chain of more carries its errors further */
+#define LONG ((size_t)25) /* links: a chain of more carries its errors further */
 #define SHORT_POINTS 2e-8 /* off the chain, on the unit sphere */
 #define LONG_POINTS 1e-5
 #define ENERGY 5e-8 /* relative */
