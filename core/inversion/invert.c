@@ -8,7 +8,8 @@
  *   3. if they end far from a solution, the linear eigenproblem without a matrix (spectral.c); the
  *   better one goes on;
  *   4. Levenberg-Marquardt to the end, with little damping and a large cap on the inner iterations;
- *   5. if that stalls, the eigenproblem by its matrix, up to degree 31, and step 4 again.
+ *   5. if that stalls, the eigenproblem by its matrix, up to SRNF_CERTIFIED_DEGREE_MAX, and step 4
+ *   again.
  * A start that the caller gives means a neighbour is known: then only Levenberg-Marquardt runs,
  * because the eigenproblem knows nothing of neighbours and q may have no exact inverse.
  *
@@ -383,6 +384,8 @@ static int solve(struct inversion_run *run, const struct srnf_invert_options *op
         run->stopped = SRNF_STOP_TOLERANCE;
         if (options->initial == SRNF_INITIAL_AUTO || options->initial == SRNF_INITIAL_STAR) {
             result->method = SRNF_INVERT_CLOSED_FORM;
+        } else if (options->method == SRNF_INVERT_AUTO) {
+            result->method = SRNF_INVERT_GAUSS_NEWTON; /* that of polish */
         }
         return SRNF_OK;
     }

@@ -211,6 +211,24 @@ static void says_that_nothing_was_searched(void **state)
     shapes_close(&s);
 }
 
+/* A start that is the solution needs no search, and is polished by Levenberg-Marquardt. */
+static void names_what_polished_a_solution(void **state)
+{
+    struct srnf_invert_options options = srnf_invert_options_defaults();
+    struct srnf_inversion result;
+    struct shapes_surface s;
+    (void)state;
+
+    shapes_open_case(&s, shapes_find("bumpy star"));
+    options.initial = SRNF_INITIAL_SURFACE;
+    options.surface = s.f;
+    options.certify = false;
+    assert_int_equal(srnf_invert(s.sht, s.q, &options, NULL, &result, NULL), SRNF_OK);
+    assert_true(result.converged && result.method == SRNF_INVERT_GAUSS_NEWTON);
+    srnf_inversion_clear(&result);
+    shapes_close(&s);
+}
+
 /* A minimum near the tolerance is polished with few steps: that they ran out is not why the search
    ended. */
 static void polishing_is_no_limit(void **state)
@@ -375,6 +393,7 @@ int main(void)
         cmocka_unit_test(cancels_the_certificate),
         cmocka_unit_test(stops_at_its_limit),
         cmocka_unit_test(says_that_nothing_was_searched),
+        cmocka_unit_test(names_what_polished_a_solution),
         cmocka_unit_test(polishing_is_no_limit),
         cmocka_unit_test(refuses_wrong_arguments),
         cmocka_unit_test(survives_degenerate_targets),
