@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "api/json_memory.h"
+#include "api/models.h"
 #include "api/warnings.h"
 #include "store/mesh.h"
 #include "store/model.h"
@@ -26,21 +27,29 @@
 #define MODEL_APART 5.0      /* of a surface and the mean of a model */
 
 struct size {
-    double value; /* 0: not known */
-    bool encoded; /* from a file of the user */
+    double value;    /* 0: not known */
+    double compared; /* as the surface is stored: 1, or about that, of unit area; 0: not known */
+    bool encoded;    /* from a file of the user */
 };
 
+static double sound(double value)
+{
+    return value > 0.0 && isfinite(value) ? value : 0.0;
+}
+
+/* A mesh among inputs is encoded at unit area. */
 static struct size size_of_record(const char *text, bool mesh)
 {
     json_t *record = json_loads(text ? text : "{}", 0, NULL);
     const char *process =
         json_string_value(json_object_get(json_object_get(record, "source"), "process"));
     double scale = mesh ? 1.0 : json_number_value(json_object_get(record, "scale"));
-    struct size size = {.value = sqrt(json_number_value(json_object_get(record, "area"))) * scale,
+    double root = sqrt(json_number_value(json_object_get(record, "area")));
+    struct size size = {.value = sound(root * scale),
+                        .compared = mesh ? 1.0 : sound(root),
                         .encoded = mesh || (process && strcmp(process, "encode") == 0)};
 
     json_decref(record);
-    size.value = size.value > 0.0 && isfinite(size.value) ? size.value : 0.0;
     return size;
 }
 
@@ -48,7 +57,7 @@ static struct size size_of(struct store *store, const char *id)
 {
     struct store_surface surface = {0};
     struct store_mesh mesh = {0};
-    struct size size = {0.0, false};
+    struct size size = {.value = 0.0};
 
     if (!id || strncmp(id, "model-", 6) == 0) {
         return size;
@@ -65,10 +74,24 @@ static struct size size_of(struct store *store, const char *id)
     return size;
 }
 
+/* The mean of a model as it is compared with surfaces. */
+static double compared_model(struct store *store, const char *id)
+{
+    struct store_model model = {.record = NULL};
+    double compared = 0.0;
+
+    if (process_read(store_model_get(store, id, 0, &model))) {
+        compared = size_of(store, model.mean).compared;
+        store_model_clear(&model);
+    }
+    return compared;
+}
+
 /* ---- Sizes that count ------------------------------------------------------------------------ */
 
 struct size_tally {
     struct store *store;
+    bool compared;            /* sizes as the surfaces are stored, and not those of their files */
     char id[2][STORE_ID_MAX]; /* of the least and the greatest */
     double size[2];
     size_t n;
@@ -77,9 +100,13 @@ struct size_tally {
 static void tally_size(void *user, const char *id, const char *label)
 {
     struct size_tally *tally = user;
-    double size = size_of(tally->store, id).value;
+    const struct size own = size_of(tally->store, id);
+    double size = tally->compared ? own.compared : own.value;
 
     (void)label;
+    if (tally->compared && id && strncmp(id, "model-", 6) == 0) {
+        size = compared_model(tally->store, id);
+    }
     if (!(size > 0.0)) {
         return;
     }
@@ -126,7 +153,7 @@ static bool tell_apart(const struct size_tally *tally, const json_t *part, json_
 }
 
 /* Each structure of a cohort by itself: its size is a number of its own. */
-static bool tell_parts(struct store *store, const json_t *cohort, json_t *document)
+static bool tell_parts(struct store *store, const json_t *cohort, bool compared, json_t *document)
 {
     const json_t *ids = json_object_get(cohort, "surfaces"), *part;
     const json_t *parts = json_object_get(cohort, "parts");
@@ -135,7 +162,7 @@ static bool tell_parts(struct store *store, const json_t *cohort, json_t *docume
 
     json_array_foreach(parts, p, part)
     {
-        struct size_tally tally = {.store = store};
+        struct size_tally tally = {.store = store, .compared = compared};
 
         for (size_t i = 0; i < n; i++) {
             tally_size(&tally, json_string_value(json_array_get(ids, p * n + i)), NULL);
@@ -152,16 +179,34 @@ static bool sizes_count(const json_t *inputs)
     return json_object_get(inputs, "deformed") || (scale && strcmp(scale, "shape-and-size") == 0);
 }
 
-/* Whether sizes, which count, are far apart, and then that they are. */
-static bool warn_counted(struct store *store, const json_t *inputs, json_t *document)
+/* Whether what is compared is compared as it is stored, so that the sizes of surfaces that are not
+   of unit area count. Processes with an input scale do by themselves what that says, transfer and
+   classifiers bring all to one area; the parts of a subject have sizes of their own. */
+static bool compares_as_stored(struct store *store, const json_t *inputs)
+{
+    const char *id = json_string_value(json_object_get(inputs, "model"));
+    struct store_model model = {.record = NULL};
+    bool classifier = false;
+
+    if (id && process_read(store_model_get(store, id, 0, &model))) {
+        classifier = strcmp(model_kind(&model), "classifier") == 0;
+        store_model_clear(&model);
+    }
+    return !json_object_get(inputs, "scale") && !json_object_get(inputs, "deformed") &&
+           json_object_size(json_object_get(inputs, "parts")) == 0 && !classifier;
+}
+
+/* Whether sizes, which count, are far apart, and then that they are.
+     compared  [in] those that the surfaces are stored with */
+static bool warn_counted(struct store *store, const json_t *inputs, bool compared, json_t *document)
 {
     const json_t *cohort = json_object_get(inputs, "cohort");
-    struct size_tally tally = {.store = store};
+    struct size_tally tally = {.store = store, .compared = compared};
 
     if (json_object_get(inputs, "deformed")) {
         tally_transfer(&tally, inputs);
     } else if (json_array_size(json_object_get(cohort, "parts")) > 0) {
-        return tell_parts(store, cohort, document);
+        return tell_parts(store, cohort, compared, document);
     } else {
         inputs_each(inputs, true, tally_size, &tally);
     }
@@ -202,6 +247,7 @@ struct sizes {
     double *values;      /* [n] 0: not known */
     double *sorted;      /* [n] of scratch */
     const json_t *parts; /* names of the structures, part after part; NULL: one */
+    bool stored;         /* surfaces are compared as they are stored */
     bool count;          /* as well as shapes */
 };
 
@@ -314,7 +360,7 @@ static void warn_beside(struct store *store, const json_t *inputs, json_t *docum
 {
     const char *id = json_string_value(json_object_get(inputs, "model"));
     const char *surface = json_string_value(json_object_get(inputs, "surface"));
-    struct size own = size_of(store, surface), mean = {0.0, false};
+    struct size own = size_of(store, surface), mean = {.value = 0.0};
     struct store_model model = {.record = NULL};
     struct store_surface stored = {0};
     bool known = false;
@@ -344,6 +390,8 @@ static void warn_beside(struct store *store, const json_t *inputs, json_t *docum
 
 static bool read_sizes(struct sizes *s)
 {
+    double least = INFINITY, greatest = 0.0;
+
     s->values = srnf_alloc(s->n, 2 * sizeof *s->values);
     if (!s->values) {
         json_memory_fail(); /* a warning may be missing */
@@ -354,7 +402,12 @@ static bool read_sizes(struct sizes *s)
         struct size size = size_of(s->store, json_string_value(json_array_get(s->ids, i)));
 
         s->values[i] = size.encoded ? size.value : 0.0;
+        if (size.encoded && size.compared > 0.0) {
+            least = fmin(least, size.compared);
+            greatest = fmax(greatest, size.compared);
+        }
     }
+    s->count = s->count || (s->stored && greatest >= CLASSES_APART * least);
     return true;
 }
 
@@ -388,7 +441,8 @@ void units_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
     json_t *parts;
     size_t n_parts;
 
-    if (s.count && warn_counted(s.store, inputs, document)) {
+    s.stored = !s.count && compares_as_stored(s.store, inputs);
+    if ((s.count || s.stored) && warn_counted(s.store, inputs, s.stored, document)) {
         return;
     }
     if (!s.count) {

@@ -3,7 +3,8 @@
  * unit, or of another structure, than the rest.
  *
  * Where sizes count (shape-and-size, transfer) any two that are ten times apart are told of, of
- * several structures each by itself.
+ * several structures each by itself. So are surfaces that are compared as they are stored, and are
+ * not of unit area: then the sizes are those of what is stored.
  * Where none are, and where sizes do not count, a group is told of where it falls into two classes
  * of sizes, one of three members or more, that are four times apart at least and further than
  * either is wide: a body that varies a lot is no such group, and millimetres beside centimetres

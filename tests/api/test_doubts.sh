@@ -153,6 +153,29 @@ is "$STATUS $(count mixed-units)" '200 1' 'so in the ratio of sizes of a transfe
 run transfer "{\"source\":\"${UNIT[0]}\",\"deformed\":\"${UNIT[1]}\",\"target\":\"${METRES[0]}\",\"register\":false}"
 is "$STATUS $(count mixed-units)" '200 0' 'where the target has its own units'
 
+# Surfaces that keep the units of their files: their sizes count in every distance.
+curl -s "$URL/v1/surfaces/${OWN[0]}/mesh?format=obj&resolution=12" >"$SCRATCH/millimetres.obj"
+awk '/^v / {printf "v %.9g %.9g %.9g\n", $2 / 10, $3 / 10, $4 / 10; next} /^f/' "$SCRATCH/millimetres.obj" >"$SCRATCH/unit.obj"
+post '/v1/meshes?format=obj' --data-binary "@$SCRATCH/unit.obj"
+CENTIMETRES=$(encode "$(json .id)" 6 none)
+for process in distances mean pca; do
+    run "$process" "{\"surfaces\":[\"${OWN[0]}\",\"$CENTIMETRES\"],\"register\":false}"
+    is "$STATUS $(warned mixed-units | jq -c '.[0].figures | [.smallest, .largest]')" \
+        "200 [\"$CENTIMETRES\",\"${OWN[0]}\"]" "$process: surfaces of their own size in two units are told of"
+done
+like "$(warned mixed-units | jq -r '.[0].detail')" '^Sizes count here, and surf-.* is [0-9.]* times as large as' 'in words too'
+run geodesic "{\"from\":\"${OWN[0]}\",\"to\":\"$CENTIMETRES\",\"steps\":2,\"method\":\"linear\",\"register\":false}"
+is "$STATUS $(count mixed-units)" '200 1' 'so in geodesic'
+run register "{\"template\":\"$CENTIMETRES\",\"moving\":\"${OWN[0]}\"}"
+is "$STATUS $(count mixed-units)" '200 1' 'so in register'
+run distances "{\"surfaces\":[\"${OWN[0]}\",\"${OWN[1]}\"],\"register\":false}"
+is "$STATUS $(count mixed-units)" '200 0' 'those of one unit are not'
+run distances "{\"surfaces\":[\"${UNIT[0]}\",\"${METRES[0]}\"],\"register\":false}"
+is "$STATUS $(count mixed-units)" '200 0' 'nor are two of unit area, whose sizes do not count'
+run pca "{\"surfaces\":[\"${OWN[0]}\",\"${OWN[1]}\"],\"register\":false}"
+run project "{\"model\":\"$(json .model.id)\",\"surface\":\"$CENTIMETRES\"}"
+is "$STATUS $(count mixed-units)" '200 1' 'a surface beside a model in another unit is'
+
 # ---- Covariates that are the label ---------------------------------------------------------------------
 
 python3 - "$URL" >"$SCRATCH/told.json" <<'PYTHON'
