@@ -2,12 +2,12 @@
  * spectral_dense.c - the eigenproblem of inversion by its matrix, and the certificate of
  * uniqueness.
  *
- * Up to DENSE_MAX unknowns the matrix A = M^(-1/2) T M^(-1/2) is there itself (normal_matrix.c).
- * A + f f' - threshold I has a Cholesky factor if and only if, up to rounding, the second
- * eigenvalue exceeds the threshold: that is the certificate. An iteration alone could only bound
- * the eigenvalue from above. Where a pivot is not positive, the factor of the unknowns before it
- * gives a vector whose quotient is below the threshold: a bound that settles the matter the other
- * way.
+ * Up to SRNF_CERTIFIED_DEGREE_MAX the matrix A = M^(-1/2) T M^(-1/2) is there itself
+ * (normal_matrix.c). A + f f' - threshold I has a Cholesky factor if and only if, up to rounding,
+ * the second eigenvalue exceeds the threshold: that is the certificate. An iteration alone could
+ * only bound the eigenvalue from above. Where a pivot is not positive, the factor of the unknowns
+ * before it gives a vector whose quotient is below the threshold: a bound that settles the matter
+ * the other way.
  *
  * Surfaces of degree LOOK are looked at first: where the form is as good as 0 on one of them, it is
  * on one of the whole degree. So convex surfaces are done with at a fiftieth of the cost. Where it
@@ -23,7 +23,6 @@
 #include <lapacke.h>
 #include <math.h>
 
-#define DENSE_MAX 3072      /* unknowns, degree 31: 75 MB */
 #define PANEL ((size_t)256) /* columns between two looks at cancellation: a thirtieth of a second */
 #define DENSE_SHIFT 1e-13   /* keeps the factor of a singular A definite: a few hundred roundings */
 #define DENSE_STEPS 12
@@ -67,7 +66,7 @@ static int dense_create(struct inversion_run *run, size_t degree, struct dense *
     struct gauss_newton *system = run->system;
 
     d->n = normal_matrix_size(degree);
-    if (d->n > DENSE_MAX) {
+    if (degree > SRNF_CERTIFIED_DEGREE_MAX) { /* 3069 unknowns are 75 MB */
         return SRNF_ELIMIT;
     }
     d->order = srnf_alloc(d->n, sizeof *d->order);
@@ -358,7 +357,7 @@ int spectral_certify(struct inversion_run *run, struct srnf_certificate *certifi
     int status;
 
     *certificate = (struct srnf_certificate){0};
-    if (normal_matrix_size(degree) > DENSE_MAX) {
+    if (degree > SRNF_CERTIFIED_DEGREE_MAX) {
         return SRNF_OK;
     }
     status = wants_look(run, &look);

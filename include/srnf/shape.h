@@ -108,6 +108,8 @@ struct srnf_iteration {
     double transforms; /* cost so far in gradient transforms of three coordinates */
 };
 
+#define SRNF_CERTIFIED_DEGREE_MAX 31 /* beyond it no certificate is computed */
+
 struct srnf_certificate {
     bool computed;   /* false: too large, not asked for, not converged, or q not exact */
     double residual; /* smallest eigenvalue of T against int |grad f|^2, in [0, 1], at the result */

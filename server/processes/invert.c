@@ -83,7 +83,7 @@ static void read_start(struct process_inputs *inputs, const struct process_input
         if (text) {
             (void)json_object_set_new(inputs->canonical, input->name, json_string(text));
         }
-    } else if (text && initial_of(text) == SRNF_INITIAL_SURFACE) {
+    } else if (value && (!text || initial_of(text) == SRNF_INITIAL_SURFACE)) {
         problem_add(inputs->list, "/inputs/initial",
                     "must be auto, sphere, star or the id of a surface or a mesh");
     } else {
@@ -143,8 +143,9 @@ static const struct process_input inputs[] = {
      .lowest = 1, .highest = PROCESS_ITERATIONS_MAX, .nullable = true},
     {"certificate", INPUT_CHOICE, AT(certificate),
      "auto: how far off the surface can be, and whether it is the only one of its degree, where "
-     "that can be computed; none: neither, in less time; require: a failure, not-certified, unless "
-     "the surface is proved to be the only one.",
+     "that can be computed; none: neither, in less time; require, up to degree " PROCESS_TEXT(
+         SRNF_CERTIFIED_DEGREE_MAX) ": a failure, not-certified, unless the surface is "
+                                    "proved to be the only one.",
      .choices = certificates},
     {.name = NULL},
 };
@@ -181,6 +182,19 @@ static const struct process_output outputs[] = {
      "SRNF of a star-shaped surface in its radial parameterization."},
     {NULL, NULL, NULL},
 };
+
+/* No job is made that can end in no other way than not-certified. */
+static void complete(struct process_inputs *given)
+{
+    long degree = (long)json_integer_value(json_object_get(given->canonical, "lmax"));
+
+    if (degree > SRNF_CERTIFIED_DEGREE_MAX &&
+        inputs_chose(given->canonical, "certificate", "require")) {
+        problem_add(given->list, "/inputs/certificate",
+                    "cannot be require: there is a certificate up to degree %d, and lmax is %ld",
+                    SRNF_CERTIFIED_DEGREE_MAX, degree);
+    }
+}
 
 /* ---- Inverting ------------------------------------------------------------------------------- */
 
@@ -374,6 +388,14 @@ static bool lacks_proof(const struct inverting *inverting, const struct srnf_inv
                        "eigenvalue is at most %.2g, and means something only above %.2g. Convex "
                        "surfaces and those near them cannot be certified.",
                        certificate->second_eigenvalue, certificate->threshold);
+    } else if (inversion->stopped == SRNF_STOP_CLOSED_FORM &&
+               inversion->closed_form_relative_energy > SRNF_CLOSED_FORM_APPLIES) {
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "The closed form does not give this SRNF back: it is for star-shaped "
+                       "surfaces in their radial parameterization. There is a certificate only of "
+                       "an inversion that reaches its tolerance; the relative energy that is left "
+                       "is %.2g, the tolerance %.2g. Use method auto.",
+                       inversion->relative_energy, inverting->tolerance);
     } else if (!inversion->converged) {
         (void)snprintf(result->problem_detail, sizeof result->problem_detail,
                        "There is a certificate only of an inversion that reaches its tolerance; "
@@ -381,9 +403,9 @@ static bool lacks_proof(const struct inverting *inverting, const struct srnf_inv
                        inversion->relative_energy, inverting->tolerance);
     } else {
         (void)snprintf(result->problem_detail, sizeof result->problem_detail,
-                       "There is a certificate only up to degree 31 and for exact SRNFs; here the "
+                       "There is a certificate only up to degree %d and for exact SRNFs; here the "
                        "degree is %ld and the relative energy that is left %.2g.",
-                       inverting->degree, inversion->relative_energy);
+                       SRNF_CERTIFIED_DEGREE_MAX, inverting->degree, inversion->relative_energy);
     }
     return true;
 }
@@ -429,6 +451,7 @@ static const struct process_table table = {
     .inputs = inputs,
     .outputs = outputs,
     .size = sizeof(struct inverting),
+    .complete = complete,
     .run = run_invert,
 };
 

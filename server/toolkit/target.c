@@ -24,6 +24,13 @@ static void check_grid(struct process_inputs *inputs)
     }
 }
 
+/* Whether an object has any of the members that a field has. */
+static bool is_field(const json_t *object)
+{
+    return json_object_get(object, "lmax") || json_object_get(object, "nTheta") ||
+           json_object_get(object, "nPhi") || json_object_get(object, "q");
+}
+
 /* In either form. The degree of what it is of is the default of lmax. */
 static void read_target(struct process_inputs *inputs, const struct process_input *input)
 {
@@ -32,9 +39,10 @@ static void read_target(struct process_inputs *inputs, const struct process_inpu
     long degree = PROCESS_DEGREE_DEFAULT;
     const char *id;
 
-    if (!json_is_object(srnf)) {
+    if (!surface && !is_field(srnf)) {
         problem_add(inputs->list, "/inputs/srnf",
-                    "is required: {\"surface\": id} or {\"lmax\", \"nTheta\", \"nPhi\", \"q\"}");
+                    "%s {\"surface\": id} or {\"lmax\", \"nTheta\", \"nPhi\", \"q\"}",
+                    srnf ? "must be" : "is required:");
     } else if (!surface) {
         (void)json_object_set_new(inputs->canonical, input->name,
                                   inputs_field(inputs, srnf, "/inputs/srnf", &degree));

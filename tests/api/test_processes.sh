@@ -141,7 +141,13 @@ is "$STATUS $(json '.certificate | .unique and .secondEigenvalue > .threshold')"
     'a surface with folds is the only one of its degree'
 execute invert "{\"srnf\":{\"surface\":\"$CAUDATE\"},\"lmax\":15,\"certificate\":\"require\"}"
 is_problem 422 not-certified 'where that is not proved, it was required in vain'
-like "$(json .detail)" 'degree is 15 and the relative energy that is left 0[.][0-9]+' 'with its figures'
+like "$(json .detail)" 'relative energy that is left is 0[.][0-9]+, the tolerance 1e-12' 'with its figures'
+execute invert "{\"srnf\":{\"surface\":\"$S\"},\"lmax\":32,\"certificate\":\"require\"}"
+is "$STATUS $(json '.errors | map("\(.pointer) \(.detail)") | tojson')" \
+    '422 ["/inputs/certificate cannot be require: there is a certificate up to degree 31, and lmax is 32"]' \
+    'beyond the degrees that have one it is refused at once'
+execute invert "{\"srnf\":{\"surface\":\"$S\"},\"initial\":\"$S\"}"
+is "$STATUS $(json '"\(.converged) \(.method)"')" '200 true gauss-newton' 'from the surface itself, with the method that was at work'
 post_json /v1/surfaces "$(jq -cn 'def unit($k): [range(81) | if . == $k then 1 else 0 end];
     {coefficients: {lmax: 8, x: unit(3), y: unit(1), z: unit(2)}}')"
 execute invert "{\"srnf\":{\"surface\":\"$(json .id)\"},\"certificate\":\"require\"}"
@@ -164,6 +170,10 @@ execute invert "{\"srnf\":{\"surface\":\"$LEFT\"},\"method\":\"closed-form\"}"
 compare "$(json .relativeEnergy)" '<=' 1e-20 'a mesh is encoded by star for the closed form'
 execute invert "{\"srnf\":{\"surface\":\"$CAUDATE\"},\"method\":\"closed-form\"}"
 is "$(json .code)" not-star-shaped 'which one that is not star-shaped does not have'
+execute encode "{\"mesh\":\"$CAUDATE\",\"lmax\":6,\"parameterization\":\"area\"}"
+execute invert "{\"srnf\":{\"surface\":\"$(json .surface.id)\"},\"method\":\"closed-form\",\"certificate\":\"require\"}"
+is_problem 422 not-certified 'nor is a surface certified that the closed form does not give'
+like "$(json .detail)" 'closed form does not give this SRNF back.*tolerance 1e-12. Use method auto' 'and that is why'
 
 execute invert "{\"srnf\":{\"surface\":\"$S\"},\"initial\":\"sphere\",\"method\":\"gradient\",\"maxIterations\":3}"
 is "$STATUS $(json '"\(.converged) \(.stopped) \(.iterations)"')" '200 false maxIterations 3' \
@@ -180,6 +190,18 @@ is "$STATUS $(json '"\(.surface.lmax) \(.converged) \(.stopped) \(.surfaceError)
     '200 8 false stationary null' 'a degree that is too low ends at a minimum that is not zero'
 execute invert "{\"srnf\":{\"surface\":\"$S\"},\"lmax\":18,\"initial\":\"star\"}"
 compare "$(json .relativeEnergy)" '<=' 1e-12 'a higher degree than needed inverts'
+refuses() { # INPUTS POINTER DETAIL: that one problem
+    execute invert "$1"
+    is "$STATUS $(json '.errors | map("\(.pointer): \(.detail)") | join("; ")')" "422 $2: $3" "refused: $1"
+}
+FORMS='{"surface": id} or {"lmax", "nTheta", "nPhi", "q"}'
+refuses '{}' /inputs/srnf "is required: $FORMS"
+refuses "{\"srnf\":\"$S\"}" /inputs/srnf "must be $FORMS"
+refuses "{\"srnf\":{\"Surface\":\"$S\"}}" /inputs/srnf "must be $FORMS"
+for start in 5 '"SPHERE"'; do
+    refuses "{\"srnf\":{\"surface\":\"$S\"},\"initial\":$start}" /inputs/initial \
+        'must be auto, sphere, star or the id of a surface or a mesh'
+done
 execute invert '{"srnf":{"lmax":4,"nTheta":5,"nPhi":9,"q":'"$(jq -nc '[range(135) | 0]')"'}}'
 is "$(json '"\(.code)"')" invalid-input 'an SRNF that is zero has no inverse'
 
