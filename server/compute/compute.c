@@ -65,6 +65,14 @@ int compute_fail(struct jobs_result *result, int status, const struct srnf_error
     return status;
 }
 
+int compute_fail_alike(struct jobs_result *result, const char *what)
+{
+    result->problem_code = compute_problem_code(SRNF_ENUMERIC);
+    (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                   "The %s do not differ, so there are no principal components of them.", what);
+    return SRNF_ENUMERIC;
+}
+
 bool compute_is_mesh(const char *id)
 {
     return strncmp(id, "mesh-", 5) == 0;

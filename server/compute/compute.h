@@ -33,6 +33,8 @@ struct compute_surface {
 int compute_fail(struct jobs_result *result, int status, const struct srnf_error *error,
                  const char *what);
 
+/* The same where nothing differs: what is "surfaces" or "subjects". Returns SRNF_ENUMERIC. */
+int compute_fail_alike(struct jobs_result *result, const char *what);
 /* The same for an enum store_status. */
 int compute_fail_store(struct jobs_result *result, int status, const char *id);
 /* The same for what a run could not keep; names the quota where it is that. */

@@ -111,8 +111,7 @@ static int fit_components(struct jobs_run *run, const struct srnf_sht *sht,
     int status = fit_any(run, sht, inputs, outputs);
 
     if (status == 0 && outputs->pca.components == 0) {
-        return compute_fail(result, SRNF_EDEGENERATE, NULL,
-                            "principal components of surfaces that do not differ");
+        return compute_fail_alike(result, "surfaces");
     }
     if (status >= 0) {
         outputs->residuals = srnf_alloc(mean->n, sizeof(double));

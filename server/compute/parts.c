@@ -182,8 +182,7 @@ static int fit(struct jobs_run *run, const struct srnf_sht *sht,
                                 inputs->positions, inputs->position_weight, inputs->components,
                                 jobs_run_context(run), &o->joint);
     if (status == 0 && o->joint.components == 0) {
-        return compute_fail(result, SRNF_EDEGENERATE, NULL,
-                            "principal components of subjects that do not differ");
+        return compute_fail_alike(result, "subjects");
     }
     if (status == 0) {
         struct srnf_context quiet = *jobs_run_context(run);

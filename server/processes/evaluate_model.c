@@ -223,6 +223,9 @@ static int measure(struct jobs_run *run, const struct srnf_sht *sht, size_t n, c
         status = srnf_model_quality(sht, n, mean, mean_q, registered_q, options,
                                     jobs_run_context(run), quality, &error);
     }
+    if (status == SRNF_EDEGENERATE) { /* surfaces that do not differ: no mesh is degenerate */
+        return compute_fail_alike(result, "surfaces");
+    }
     return status ? compute_fail(result, status, &error, "evaluating the model") : 0;
 }
 

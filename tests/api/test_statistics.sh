@@ -115,6 +115,12 @@ is "$(json '.compactness | [.[0].components, .[2].components] | tojson')" '[1,3]
 execute pca '{"cohort":"nuclei","register":false,"components":1}'
 isnt "$(json .model.id)" "$MODEL" 'fewer components are another model'
 is "$(json .model.components)" 1 'of as many as asked for'
+ONE=$(jq -r '.inputs.surfaces[0]' "$SCRATCH/pca.json")
+for PROCESS in pca evaluate-model; do
+    execute "$PROCESS" "{\"surfaces\":[\"$ONE\",\"$ONE\",\"$ONE\"],\"register\":false}"
+    is_problem 422 numerical-failure "$PROCESS: one surface three times has no components"
+    like "$(json .detail)" 'surfaces do not differ' 'and that is said'
+done
 
 get "/v1/models/$MODEL"
 is "$STATUS $(jq -S .model "$SCRATCH/pca.json" | sha256sum)" "200 $(jq -S . "$BODY" | sha256sum)" 'the model is read back'
