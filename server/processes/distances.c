@@ -34,8 +34,11 @@ static const char *const metrics[] = {"srnf", "harmonic", "srm", "icp", NULL};
 static const enum srnf_metric metric_at[] = {SRNF_METRIC_SRNF, SRNF_METRIC_HARMONIC,
                                              SRNF_METRIC_SRM, SRNF_METRIC_ICP};
 
+static const struct input_own surfaces =
+    GROUP_SURFACES_OWN("\"array\"", PROCESS_GROUP_MIN, PROCESS_MATRIX_MAX);
+
 static const struct process_input inputs[] = {
-    GROUP_INPUTS(distances),
+    GROUP_INPUTS_OF(distances, surfaces, PROCESS_MATRIX_MAX),
     REGISTER_INPUT(distances,
                    "Register, with the default options of register but both ways (symmetric); "
                    "false: as the surfaces are parameterized."),
@@ -74,15 +77,9 @@ static const struct process_output outputs[] = {
 static void complete(struct process_inputs *given)
 {
     size_t n = json_array_size(json_object_get(given->canonical, "surfaces"));
-    bool listed = json_is_null(json_object_get(given->canonical, "cohort"));
     long degree = inputs_integer(given, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, given->degree);
     bool registered = !json_is_false(json_object_get(given->canonical, "register"));
 
-    if (n > PROCESS_MATRIX_MAX) {
-        problem_add(given->list, listed ? "/inputs/surfaces" : "/inputs/cohort",
-                    "has %zu surfaces; a matrix of distances is made of up to %d", n,
-                    PROCESS_MATRIX_MAX);
-    }
     inputs_check_memory(given, n, degree, 1,
                         3.0 * 8.0 * (double)n * (double)n +
                             (registered ? srnf_distances_memory(n, (size_t)degree) : 0.0));

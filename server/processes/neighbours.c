@@ -16,6 +16,7 @@
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
 #include "toolkit/seconds.h"
+#include "text.h"
 
 #define K_DEFAULT 10
 #define K_MAX 100
@@ -25,11 +26,15 @@ struct neighbours {
     long k, lmax;
 };
 
+static const struct input_own surfaces =
+    GROUP_SURFACES_OWN("\"array\"", PROCESS_GROUP_MIN, COMPUTE_PAIRS_MAX);
+
 static const struct process_input inputs[] = {
-    GROUP_INPUTS(neighbours),
+    GROUP_INPUTS_OF(neighbours, surfaces, COMPUTE_PAIRS_MAX),
     {"k", INPUT_INTEGER, offsetof(struct neighbours, k),
-     "How many of each member; all others where there are fewer.", .lowest = 1, .highest = K_MAX,
-     .fallback = K_DEFAULT},
+     "How many of each member, up to all others and to " PROCESS_TEXT(
+         K_MAX) ". Default: " PROCESS_TEXT(K_DEFAULT) ", or all others where there are fewer.",
+     .lowest = 1, .highest = K_MAX, .open = true, .derived = true},
     {"lmax", INPUT_INTEGER, offsetof(struct neighbours, lmax),
      "Degree of the comparison; the surfaces are cut or filled up to it. Default: the largest of "
      "theirs.",
@@ -57,12 +62,13 @@ static const struct process_output outputs[] = {
 static void complete(struct process_inputs *given)
 {
     size_t n = json_array_size(json_object_get(given->canonical, "surfaces"));
-    bool listed = json_is_null(json_object_get(given->canonical, "cohort"));
+    long others = (long)n - 1;
+    long k = inputs_integer(given, "k", 1, K_MAX, others < K_DEFAULT ? others : K_DEFAULT);
     long degree = inputs_integer(given, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, given->degree);
 
-    if (n > COMPUTE_PAIRS_MAX) {
-        problem_add(given->list, listed ? "/inputs/surfaces" : "/inputs/cohort",
-                    "has %zu surfaces; neighbours are found among up to %d", n, COMPUTE_PAIRS_MAX);
+    if (k > others) {
+        problem_add(given->list, "/inputs/k", "is %ld; each member has %ld other%s", k, others,
+                    plural((size_t)others));
     }
     inputs_check_memory(given, n, degree, 0,
                         8.0 * (double)n * ((double)n + 2000.0) +
@@ -133,7 +139,7 @@ static json_t *run_neighbours(struct jobs_run *run, const void *typed, struct jo
     const struct neighbours *asked = typed;
     const struct group_input *members = &asked->group;
     const struct srnf_register_options options = registration_pair_defaults(false);
-    size_t k = (size_t)asked->k < members->n ? (size_t)asked->k : members->n - 1;
+    size_t k = (size_t)asked->k < members->n ? (size_t)asked->k : members->n - 1; /* older rows */
     struct group_doubts doubts = {
         .surfaces = members->surfaces, .cohort = members->cohort, .rotates = true};
     struct compute_group group = {.n = 0};

@@ -36,25 +36,27 @@ struct group_input {
     "beside others by area are encoded again by area (bridgedSurfaces); of what differs all the " \
     "same the result has the warning mixed-routes."
 
-/* Rows of a table whose typed inputs have a struct group_input called group, of up to
-   PROCESS_LARGE_GROUP_MAX members. Surfaces or a cohort must be given, and not both: */
-#define GROUP_INPUTS(typed)                                                           \
+/* Rows of a table whose typed inputs have a struct group_input called group, of up to `most`
+   members: listed is a GROUP_SURFACES_OWN of as many. Surfaces or a cohort must be given, and not
+   both: */
+#define GROUP_INPUTS_OF(typed, listed, most)                                          \
     {"surfaces",                                                                      \
      INPUT_OWN,                                                                       \
      offsetof(struct typed, group),                                                   \
      "The surfaces, or cohort instead. Meshes are encoded with the default options.", \
-     .own = &group_surfaces,                                                          \
-     .highest = PROCESS_LARGE_GROUP_MAX},                                             \
+     .own = &(listed),                                                                \
+     .highest = (most)},                                                              \
         {"cohort",                                                                    \
          INPUT_OWN,                                                                   \
          offsetof(struct typed, group),                                               \
          "Name of a cohort, instead of surfaces.",                                    \
          .own = &group_cohort,                                                        \
-         .highest = PROCESS_LARGE_GROUP_MAX},                                         \
+         .highest = (most)},                                                          \
     {                                                                                 \
         "mixedRoutes", INPUT_BOOLEAN, offsetof(struct typed, group.mixed_routes),     \
             GROUP_MIXED_ROUTES_TEXT, .fallback = 0                                    \
     }
+#define GROUP_INPUTS(typed) GROUP_INPUTS_OF(typed, group_surfaces, PROCESS_LARGE_GROUP_MAX)
 /* The same of a process that needs what a cohort says of its members. The canonical surfaces then
    stand in the cohort. */
 #define GROUP_MEMBERS_INPUTS(typed, text)                                         \

@@ -42,5 +42,16 @@ execute neighbours '{"cohort":"nuclei"}' --header 'Prefer: wait=120'
 is "$(json '.indices[0] | length')" 3 'of four, each has three others at most'
 execute neighbours '{"cohort":"nuclei","k":0}'
 is "$STATUS $(json .code)" '422 invalid-input' 'k is at least one'
+execute neighbours '{"cohort":"nuclei","k":4}'
+is "$STATUS $(json '.errors | map("\(.pointer) \(.detail)") | tojson')" '422 ["/inputs/k is 4; each member has 3 others"]' \
+    'and no more than there are others'
+execute neighbours '{"cohort":"nuclei","k":3}' --header 'Prefer: wait=120'
+is "$STATUS $(json '.indices[0] | length')" '200 3' 'all of them may be asked for'
+for limit in 'distances 1000' 'neighbours 4000'; do
+    execute "${limit% *}" "{\"surfaces\":[\"${members[0]}\"]}"
+    is "$STATUS $(json '.errors[0].detail')" "422 has 1 surface; it must have from 2 to ${limit#* }" "${limit% *}: its own limit"
+    get "/v1/processes/${limit% *}"
+    is "$(json '.inputs.surfaces.schema.maxItems')" "${limit#* }" 'as its schema has it'
+done
 stop_server || not_ok 'the server ends well'
 done_testing

@@ -80,9 +80,14 @@ class Processes:
         """Distances of all pairs: ``matrix`` of shape (n, n), and ``labels``. Unit-area surfaces are at most 2 apart."""
         return self.run("distances", **_group(group), **options)
 
-    def neighbours(self, group: Group, k: int = 10, **options: Any) -> Result:
-        """The nearest others of each member: ``indices`` and ``distances`` of shape (n, k), and ``pairs`` registered."""
-        return self.run("neighbours", **_group(group), k=k, **options)
+    def neighbours(self, group: Group, k: Optional[int] = None, **options: Any) -> Result:
+        """The nearest others of each member: ``indices`` and ``distances`` of shape (n, k), and ``pairs`` registered.
+
+        Without ``k`` ten, or all others where there are fewer.
+        """
+        if k is not None:
+            options["k"] = k
+        return self.run("neighbours", **_group(group), **options)
 
     def geodesic(self, from_: Shape, to: Shape, **options: Any) -> Result:
         """The path between two: ``surfaces`` (``steps`` of them), ``times`` 0..1, ``distance``, ``length``."""
