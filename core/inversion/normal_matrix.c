@@ -257,8 +257,7 @@ static void fill_chunk(void *argument, size_t chunk)
 }
 
 int normal_matrix_assemble(const struct srnf_sht *sht, size_t degree, const double *u,
-                           const double *weight, const struct srnf_context *context,
-                           double *matrix)
+                           const double *weight, const struct srnf_context *context, double *matrix)
 {
     const struct srnf_grid *grid = srnf_sht_grid(sht);
     size_t rows = grid->n_theta;

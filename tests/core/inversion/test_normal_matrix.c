@@ -59,7 +59,8 @@ static void tear_down(struct fixture *f)
 
 static int assemble(struct fixture *f, const struct srnf_context *context)
 {
-    return normal_matrix_assemble(f->sht, srnf_sht_degree(f->sht), f->u, f->system->weight, context, f->matrix);
+    return normal_matrix_assemble(f->sht, srnf_sht_degree(f->sht), f->u, f->system->weight, context,
+                                  f->matrix);
 }
 
 /* Largest difference of the lower triangle from the products, whose entries are up to 1. */
