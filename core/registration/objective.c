@@ -13,8 +13,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Pairs of nuclei that the full grid resolves are below .0045 of the sphere there, most below .0005;
-   searches that this did not stop hid .07 to .2. */
+/* Pairs of nuclei that the full grid resolves are below .0045 of the sphere there, most below
+   .0005; searches that this did not stop hid .07 to .2. */
 #define HIDDEN_FREE 0.01
 #define HIDDEN_WEIGHT 10.0
 

@@ -5,7 +5,8 @@
  * The normal n = f_1 x f_2 of the moving surface is a polynomial of degree 2 L, which its SRNF q is
  * not: so n is tabulated, and q and its derivatives follow at each point. A step field w = grad phi
  * + p x grad psi is tabulated as its three Cartesian components, and right-hand sides by the
- * transposed table, which has a fourth component for the divergence. An evaluation costs the same at every degree.
+ * transposed table, which has a fourth component for the divergence. An evaluation costs the same
+ * at every degree.
  *
  * Points lie in structures of arrays, four to a vector, the last ones repeated with weight 0 up to
  * a multiple of four. Steps allocate nothing. What is found here is an approximation of the problem

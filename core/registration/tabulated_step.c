@@ -239,7 +239,7 @@ void cloud_measure(const struct tabulated_problem *problem, struct cloud *cloud)
 
     sum_points(t, cloud, problem->moving->pulled, problem->penalty.jacobian > 0.0, &sums);
     if (!isfinite(sums.fields[0] + sums.points[0] + sums.square + sums.area + sums.penalty)) {
-        /* The warp folds the sphere over. Rotations of no numbers, and fmax below, would hide it. */
+        /* The warp folds the sphere over: rotations of no numbers, and fmax below, would hide it */
         cloud->energy = cloud->objective = INFINITY;
         return;
     }
