@@ -75,6 +75,8 @@ struct problem_list {
     json_t *errors; /* array of the first PROBLEMS_MAX, or NULL while there are none */
     size_t count;   /* of all that were added */
 };
+/* Whether what is added is counted alone: nobody is shown more. */
+bool problem_list_full(const struct problem_list *list);
 /* Pointer to a member of what `at` points to: RFC 6901 has its own way to write tildes and slashes.
    What does not fit is cut. */
 void problem_point(const char *at, const char *name, char *pointer, size_t size);

@@ -278,6 +278,11 @@ void problem_point(const char *at, const char *name, char *pointer, size_t size)
     }
 }
 
+bool problem_list_full(const struct problem_list *list)
+{
+    return list->count >= PROBLEMS_MAX;
+}
+
 void problem_add(struct problem_list *list, const char *pointer, const char *format, ...)
 {
     char detail[DETAIL_MAX];

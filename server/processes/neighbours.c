@@ -70,7 +70,7 @@ static void complete(struct process_inputs *given)
         problem_add(given->list, "/inputs/k", "is %ld; each member has %ld other%s", k, others,
                     plural((size_t)others));
     }
-    inputs_check_memory(given, n, degree, 0,
+    inputs_check_memory(given, n, degree, 1,
                         8.0 * (double)n * ((double)n + 2000.0) +
                             srnf_distances_memory(n, (size_t)degree));
 }

@@ -73,6 +73,9 @@ bool inputs_open(struct process_inputs *inputs, struct api_call *call, const jso
     }
     inputs->canonical = json_object();
     for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at)) {
+        if (problem_list_full(list)) {
+            break; /* a million names more would take seconds */
+        }
         if (!is_listed(json_object_iter_key(at), names)) {
             pointer_to(pointer, json_object_iter_key(at));
             near_sentence(sentence, "this process has no such input", json_object_iter_key(at),
