@@ -35,7 +35,8 @@
 # may run at a time, for several runs that share them), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this folder).
 # Each report tells how long the test took and, in brackets, its processor time, which says more on a busy machine;
 # the ten that needed most of it are listed at the end.
-# The last line reads "N passed, M failed"; the exit status is 1 if M > 0.
+# The last line reads "N passed, M failed"; the exit status is 1 if M > 0. Of the tests that match a FILTER those that are
+# left out are named before, with the marker that says so; where no test is left to run, the status is 2.
 set -u
 export LC_ALL=C # numbers with a point, messages in English
 
@@ -107,25 +108,34 @@ marker() { # SOURCE NAME
     [ -n "${MARKERS[$1 $2]-}" ]
 }
 
+# Whether a test is left out, and WHY: the marker that says so, or "by day" where only those of the night run.
 left_out() { # SOURCE
     local missed=nightly # what the night makes up for
-    if [ -n "$SRNFD_SANITIZED" ] && marker "$1" release-only; then
-        return 0
-    fi
+    WHY=
     [ "$SRNFD_SANITIZED" != asan ] || missed=no-asan
-    if [ "${SRNFD_NIGHTLY:-}" = only ]; then
+    if [ -n "$SRNFD_SANITIZED" ] && marker "$1" release-only; then
+        WHY=release-only
+    elif [ "${SRNFD_NIGHTLY:-}" = only ]; then
+        WHY='by day'
         if [ $missed = nightly ]; then
-            ! marker "$1" nightly && ! marker "$1" once
-        else
-            ! marker "$1" no-asan && ! marker "$1" plain-core
+            if marker "$1" nightly || marker "$1" once; then WHY=; fi
+        elif marker "$1" no-asan || marker "$1" plain-core; then
+            WHY=
         fi
-        return
+    elif marker "$1" nightly; then
+        WHY=nightly
+    elif marker "$1" $missed; then
+        WHY=$missed
+    elif [ -n "${SRNFD_ONCE:-}" ] && [ "$SRNFD_SANITIZED" != asan ] && marker "$1" once; then
+        WHY=once
+    elif [ -n "${SRNFD_QUICK:-}" ] && marker "$1" slow; then
+        WHY=slow
+    elif { [ -n "${SRNFD_QUICK:-}" ] || [ "${SRNFD_ALONE:-}" = no ]; } && marker "$1" alone; then
+        WHY=alone
+    elif [ "${SRNFD_ALONE:-}" = only ] && ! marker "$1" alone; then
+        WHY='not alone'
     fi
-    marker "$1" nightly || marker "$1" $missed ||
-        { [ -n "${SRNFD_ONCE:-}" ] && [ "$SRNFD_SANITIZED" != asan ] && marker "$1" once; } ||
-        { [ -n "${SRNFD_QUICK:-}" ] && { marker "$1" slow || marker "$1" alone; }; } ||
-        { [ "${SRNFD_ALONE:-}" = no ] && marker "$1" alone; } ||
-        { [ "${SRNFD_ALONE:-}" = only ] && ! marker "$1" alone; }
+    [ -n "$WHY" ]
 }
 
 # Reads TAP on stdin and prints "passed failed skipped" and, from the second line on, what is wrong with the
@@ -256,11 +266,17 @@ waiting=()
 long=()
 together=()
 alone=()
+missing=() # what matches and is left out
+by_night=
 while IFS= read -r source; do
     if [ -z "$source" ] || ! [[ ${source#"$TESTS/"} =~ $FILTER ]]; then
         continue
     fi
-    left_out "$source" && continue
+    if left_out "$source"; then
+        missing+=("${source#"$TESTS/"} ($WHY)")
+        case $WHY in nightly | no-asan | once) by_night=yes ;; esac
+        continue
+    fi
     if marker "$source" alone; then
         alone+=("$source")
     elif marker "$source" waits; then
@@ -271,6 +287,18 @@ while IFS= read -r source; do
         together+=("$source")
     fi
 done <<<"$sources"
+
+# Who names tests is told of those that do not run; where none does, that is an error.
+LEFT_OUT_SHOWN=5
+if [ -n "$FILTER" ] && [ ${#missing[@]} -gt 0 ]; then
+    printf -v said ', %s' "${missing[@]:0:LEFT_OUT_SHOWN}"
+    [ ${#missing[@]} -le $LEFT_OUT_SHOWN ] || said+=", and $((${#missing[@]} - LEFT_OUT_SHOWN)) more"
+    echo "left out: ${said#, }${by_night:+; SRNFD_NIGHTLY=only runs what is left to the night}"
+fi
+if [ -n "$FILTER" ] && [ $((${#waiting[@]} + ${#long[@]} + ${#together[@]} + ${#alone[@]})) -eq 0 ]; then
+    [ ${#missing[@]} -gt 0 ] || echo "no test matches \"$FILTER\"" >&2
+    exit 2
+fi
 
 start() { # SOURCE [placed]
     local program=$1

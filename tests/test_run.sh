@@ -61,8 +61,17 @@ echo 1..1; echo 'ok 1 - a'
 END
 run 'long|pass'
 is "$LAST" '2 passed, 0 failed' 'what is marked nightly is left out'
+like "$OUTPUT" 'left out: test_long\.sh \(nightly\).*SRNFD_NIGHTLY=only' 'which is said where a filter names it'
 SRNFD_NIGHTLY=only run 'long|pass'
 is "$LAST" '1 passed, 0 failed' 'and runs, alone, where the night is asked for'
+run
+unlike "$OUTPUT" 'left out' 'without a filter nothing is said of it'
+run 'long'
+is "$RESULT" 2 'a filter that leaves nothing to run is an error'
+like "$LAST" 'left out: test_long\.sh \(nightly\).*SRNFD_NIGHTLY=only' 'and the last line says what would'
+run 'nosuch'
+is "$RESULT" 2 'a filter that nothing matches is one, too'
+is "$LAST" 'no test matches "nosuch"' 'and the last line says so'
 
 script test_slow.sh <<'END'
 # srnfd-test: slow
@@ -230,12 +239,15 @@ is "$LAST" '1 passed, 0 failed' 'a release-only test runs in a release build'
 echo '__asan_init' >"$FAKE/build/srnfd"
 run 'test_release|test_pass'
 is "$LAST" '2 passed, 0 failed' 'and not in a sanitizer build'
+like "$OUTPUT" 'left out: test_release\.sh \(release-only\)' 'which is said, too'
+unlike "$OUTPUT" 'SRNFD_NIGHTLY' 'without a way that does not help'
 script test_elsewhere.sh <<'END'
 # srnfd-test: no-asan (test_pass.sh runs its code)
 echo 1..1; echo 'ok 1 - a'
 END
 run 'test_elsewhere|test_pass'
 is "$LAST" '2 passed, 0 failed' 'what others run under ASan is left out there'
+like "$OUTPUT" 'left out: test_elsewhere\.sh \(no-asan\).*SRNFD_NIGHTLY=only' 'and said to run by night'
 SRNFD_NIGHTLY=only run 'test_elsewhere|test_pass|test_long'
 is "$LAST" '1 passed, 0 failed' 'and runs with it by night, without what is nightly'
 script test_plain_core.sh <<'END'
