@@ -358,6 +358,28 @@ chmod -x "$COPY/tests/bad.sh"
 finds shell 'bad.sh:1: not executable' 'a script that is not executable is found'
 rm "$COPY/tests/bad.sh"
 
+# One process, and each file that has a list of them.
+PLACES='README.md tests/web/processes.cjs tests/bench/bench_ends.sh tests/bench/same_answers.sh docs/reference.md
+    docs/python.md clients/python/src/srnf/processes.py'
+mkdir -p "$COPY"/tests/{bench,web} "$COPY/clients/python/src/srnf"
+printf 'const struct api_process drawn_out_process = {\n    .id = "drawn-out",\n};\n' | file server/processes/drawn_out.c
+name_everywhere() {
+    echo "| \`other\`, \`drawn-out\` | a surface |" >"$COPY/README.md"
+    echo "        'drawn-out': [{ mesh }, 'Open']," >"$COPY/tests/web/processes.cjs"
+    echo 'drawn-out-fast drawn-out {"mesh":"$MESH"}' | tee "$COPY/tests/bench/bench_ends.sh" >"$COPY/tests/bench/same_answers.sh"
+    echo "execute drawn-out '{}'" >"$COPY/docs/reference.md"
+    echo 'client.drawn_out(mesh)' >"$COPY/docs/python.md"
+    echo '        return self.run("drawn-out", mesh=mesh)' >"$COPY/clients/python/src/srnf/processes.py"
+}
+name_everywhere
+clean processes
+for PLACE in $PLACES; do
+    sed -i 's/drawn.out/drawn-in/g' "$COPY/$PLACE"
+    finds processes "$PLACE:1: .*drawn-out" "a process that $PLACE does not have is found"
+    name_everywhere
+done
+rm "$COPY/README.md" "$COPY/server/processes/drawn_out.c"
+
 sed -i '0,/"version"/s//"resolved": "x", "version"/' "$COPY/tests/lint/package-lock.json"
 finds lockfile 'package-lock.json' 'an address of a registry is found'
 cp tests/lint/package-lock.json "$COPY/tests/lint"

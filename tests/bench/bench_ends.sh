@@ -65,6 +65,8 @@ post_json /v1/cohorts "{\"name\":\"parts\",\"members\":[${PARTS#,}]}"
 post_json /v1/cohorts "{\"name\":\"pairs\",\"members\":[${BOTH#,}]}"
 run pca '{"cohort":"sides","register":false}'
 M=$(json .model.id)
+run train '{"cohort":"labelled","method":"srnf-nn","lmax":15}'
+T=$(json .model.id)
 A=${S[0]} B=${S[5]} C=${S[11]}
 AS_THEY_ARE='"register":false'
 
@@ -142,6 +144,8 @@ mirror mirror {"mesh":"$MESH"}
 regress regress {"cohort":"sides",$AS_THEY_ARE,"formula":"shape ~ label","permutations":1000000,"seed":1}
 train train {"cohort":"sides","method":"srnf-gauss"}
 train-parts train-parts {"cohort":"labelled","method":"srnf-gauss"}
+predict predict {"model":"$T","cohort":"sides"}
+report report {"cohort":"sides"}
 score score {"model":"$M","surface":"$A"}
 change change {"cohort":"pairs","permutations":1000000,"seed":1}
 change-flips change {"cohort":"pairs",$AS_THEY_ARE,"permutations":1000000,"bootstraps":10000,"seed":1}

@@ -13,7 +13,7 @@ BUILD=${SRNFD_BUILD:-build}
 LINT=tests/lint
 COLUMNS_MAX=100
 
-CHECKS='formatting columns c-rules layers core-symbols core-globals refusals headers nan markers outside paths migrations shell shellcheck lockfile openapi web'
+CHECKS='formatting columns c-rules layers core-symbols core-globals refusals headers nan markers outside paths migrations processes shell shellcheck lockfile openapi web'
 
 # ---- Files ---------------------------------------------------------------------------------------------
 
@@ -214,6 +214,27 @@ check_migrations() {
         $2 == number { print $0 ":1: has the number of " previous; next }
         $2 != number + 1 { printf "%s:1: its number is not %04d, the next one\n", $0, number + 1 }
         { number = $2 + 0; previous = $0 }'
+}
+
+# Each process has its place in every list of them that people keep by hand: "file:1: has no ..".
+check_processes() {
+    local id method
+    # shellcheck disable=SC2016 # the backticks are Markdown's
+    files 'server/processes/*.c' | xargs -r sed -n '/^const struct api_process/,/^};/s/^ *\.id = "\(.*\)",/\1/p' |
+        while IFS= read -r id; do
+            method=${id//-/_}
+            in_list README.md "^\\|[^|]*\`$id\`" "row of $id in its table"
+            in_list tests/web/processes.cjs "^ +'?$id'?: \\[" "form of $id"
+            in_list tests/bench/bench_ends.sh "^[a-z-]+ $id \\{" "row of $id"
+            in_list tests/bench/same_answers.sh "^[a-z-]+ $id \\{|^ *run [^ ]+ $id " "row of $id"
+            in_list docs/reference.md "execute $id |/$id/execution" "example of $id"
+            in_list docs/python.md "client\\.($method\\(|run\\(\"$id\")" "example of $id"
+            in_list clients/python/src/srnf/processes.py "self\\.run\\(\"$id\"" "method of $id"
+        done
+}
+
+in_list() { # FILE REGEX WHAT
+    grep -qE "$2" "$1" 2>/dev/null || echo "$1:1: has no $3"
 }
 
 check_shell() {
