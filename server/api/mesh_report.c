@@ -200,6 +200,28 @@ json_t *mesh_report_load(const struct store_mesh *mesh)
     return report;
 }
 
+/* Whether a sentence of a problem says which face or vertex its first is. */
+static bool names_first(const char *sentence, json_int_t first)
+{
+    static const char *const elements[] = {"face", "vertex"};
+
+    for (size_t i = 0; i < sizeof elements / sizeof elements[0]; i++) {
+        char words[32];
+        const char *at = sentence;
+        size_t length;
+
+        (void)snprintf(words, sizeof words, "%s %lld", elements[i], (long long)first);
+        length = strlen(words);
+        while ((at = strstr(at, words)) != NULL) {
+            at += length;
+            if (*at < '0' || *at > '9') {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
 bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detail[320])
 {
     json_t *report = mesh_report_load(mesh);
@@ -211,7 +233,8 @@ bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detai
 
     if (found) {
         (void)snprintf(code, 48, "%s", text ? text : "mesh-degenerate");
-        if (json_is_integer(first)) {
+        if (json_is_integer(first) &&
+            !(sentence && names_first(sentence, json_integer_value(first)))) {
             (void)snprintf(detail, 320, "%s (the first at %lld)", sentence ? sentence : code,
                            (long long)json_integer_value(first));
         } else {

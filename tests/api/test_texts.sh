@@ -50,6 +50,7 @@ execute encode "{\"mesh\":\"$hole\"}"
 is_problem 422 mesh-not-closed 'an open mesh'
 is "$(json .detail | grep -o "$hole" | wc -l)" 1 'its id is said once'
 unlike "$(json .detail)" 'in all' 'its count, too'
+like "$(json .detail)" 'the first belongs to face [0-9]+, .* close them$' 'and the face of the first, before the remedy'
 get /v1/meshes/foo
 is "$(json .detail)" 'There is no mesh "foo".' 'what is not there is named with its kind'
 post_json /v1/surfaces '{}'

@@ -156,6 +156,35 @@ static void test_routes_of_old_reports(void **state)
     }
 }
 
+/* The first face is said once: in the sentence, or where that of an old report lacks it, behind. */
+static void test_first_of_problem(void **state)
+{
+    static const struct {
+        const char *sentence, *detail;
+    } cases[] = {
+        {"3 edges; the first belongs to face 2, between",
+         "3 edges; the first belongs to face 2, between"},
+        {"2 join; the first is vertex 2", "2 join; the first is vertex 2"},
+        {"2 edges; of face 21, not of face 20",
+         "2 edges; of face 21, not of face 20 (the first at 2)"},
+        {"3 boundary edges", "3 boundary edges (the first at 2)"},
+    };
+    (void)state;
+
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char text[200], code[48], detail[320];
+        struct store_mesh mesh = {.report = text};
+
+        (void)snprintf(text, sizeof text,
+                       "{\"analysable\":false,\"problems\":[{\"code\":\"mesh-not-closed\","
+                       "\"first\":2,\"detail\":\"%s\"}]}",
+                       cases[i].sentence);
+        assert_true(mesh_first_problem(&mesh, code, detail));
+        assert_string_equal(code, "mesh-not-closed");
+        assert_string_equal(detail, cases[i].detail);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -166,6 +195,7 @@ int main(void)
         cmocka_unit_test(test_routes),
         cmocka_unit_test(test_routes_of_old_reports),
         cmocka_unit_test(test_old_reports),
+        cmocka_unit_test(test_first_of_problem),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
