@@ -481,6 +481,9 @@ install-service: all
 	$(INSTALL) -t $(DESTDIR)$(PREFIX)/share/doc/srnfd README.md CHANGELOG.md deploy/OPERATIONS.md docs/*.md
 	$(INSTALL) -t $(DESTDIR)$(PREFIX)/share/doc/srnfd/examples deploy/nginx.conf deploy/srnfd-slurm.json
 
+# Where the examples of the library go: with the documents, or those of its package.
+EXAMPLEDIR ?= $(PREFIX)/share/doc/srnfd/examples
+
 install-library: library
 	$(INSTALL) include/srnf.h $(DESTDIR)$(PREFIX)/include/srnf.h
 	$(INSTALL) -t $(DESTDIR)$(PREFIX)/include/srnf include/srnf/*.h
@@ -492,6 +495,7 @@ install-library: library
 	sed -e 's,@PREFIX@,$(PREFIX),' -e 's,@LIBDIR@,$(LIBDIR),' -e 's,@VERSION@,$(VERSION),' \
 	    -e 's,@LIBS@,$(CORE_LIBS),' deploy/srnf.pc.in >$(DESTDIR)$(LIBDIR)/pkgconfig/srnf.pc
 	$(INSTALL) docs/man/srnf.3 $(DESTDIR)$(PREFIX)/share/man/man3/srnf.3
+	$(INSTALL) -t $(DESTDIR)$(EXAMPLEDIR) examples/*.[ch]
 
 # The Python client and its command: its metadata by hand, as pip would leave it, so that no pip is needed.
 PYTHON    := /usr/bin/python3

@@ -139,7 +139,8 @@ TEXT
 
 develop=$out/stage/libsrnf-dev
 stage=$out/stage/$library
-make --no-print-directory -s install-library DESTDIR="$develop" PREFIX=/usr MULTIARCH="$multiarch"
+make --no-print-directory -s install-library DESTDIR="$develop" PREFIX=/usr MULTIARCH="$multiarch" \
+    EXAMPLEDIR=/usr/share/doc/libsrnf-dev/examples
 mkdir -p "$stage/usr/lib/$multiarch" "$stage/DEBIAN"
 mv "$develop/usr/lib/$multiarch"/libsrnf.so.* "$stage/usr/lib/$multiarch"
 soname=libsrnf.so.${version%.*}
@@ -158,7 +159,6 @@ geodesics, means, principal components, comparison of groups.
 This package has the shared library.
 TEXT
 
-install -D -m 644 -t "$develop/usr/share/doc/libsrnf-dev/examples" examples/*
 documents libsrnf-dev
 pack libsrnf-dev libdevel same "$library (= $version), libfftw3-dev, liblapacke-dev, libopenblas-dev, libglpk-dev, \
 libexpat1-dev, zlib1g-dev" <<'TEXT'

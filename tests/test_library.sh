@@ -25,13 +25,22 @@ is "$(readelf -d "$LIBRARY" | sed -n 's/.*SONAME.*\[\(.*\)\]/\1/p')" \
 
 export PKG_CONFIG_SYSROOT_DIR=$INSTALLED PKG_CONFIG_PATH=$INSTALLED/usr/lib/pkgconfig
 is "$(pkg-config --modversion srnf)" "$(make --no-print-directory version)" 'pkg-config knows the version'
-cp examples/* "$SCRATCH"
-cd "$SCRATCH" || exit 1
-for EXAMPLE in geodesic mean; do
-    # shellcheck disable=SC2046
-    check "example $EXAMPLE compiles" cc -Wall -Wextra -Werror $EXAMPLE.c -o $EXAMPLE \
-        $(pkg-config --cflags --libs srnf) -lm
+# The examples are installed with it, and srnf(3) says what each needs.
+EXAMPLES=$INSTALLED/usr/share/doc/srnfd/examples
+is "$(ls "$EXAMPLES")" "$(ls examples)" 'the examples are installed'
+cp "$EXAMPLES"/* "$SCRATCH"
+MANUAL=$(sed -n '/^.SH EXAMPLES/,/^.SH SEE/p' "$INSTALLED/usr/share/man/man3/srnf.3" | tr -d '\\' | tr '\n' ' ')
+like "$MANUAL" '/share/doc/srnfd/examples.*cc mean\.c -o mean .*pkg-config --cflags --libs srnf\) -lm' \
+    'and the manual says where, and what they need'
+for HEADER in "$INSTALLED"/usr/include/srnf.h "$INSTALLED"/usr/include/srnf/*.h; do
+    sed -n 2p "$HEADER" | grep -q "^ \* ${HEADER##*/} - " || MISNAMED+=" ${HEADER##*/}"
 done
+is "${MISNAMED-}" '' 'each header begins with its name'
+cd "$SCRATCH" || exit 1
+# shellcheck disable=SC2046
+check 'example geodesic compiles' cc -Wall -Wextra -Werror geodesic.c -o geodesic $(pkg-config --cflags --libs srnf)
+# shellcheck disable=SC2046
+check 'example mean compiles' cc -Wall -Wextra -Werror mean.c -o mean $(pkg-config --cflags --libs srnf) -lm
 DATA=$ROOT/tests/data/aal_subcortex
 export LD_LIBRARY_PATH=$INSTALLED/usr/lib
 OUTPUT=$(./geodesic "$DATA/L_thalamus.ply" "$DATA/L_pallidum.ply" 2>&1)

@@ -1,5 +1,5 @@
 /*
- * core/harmonics/harmonics.h - grids, harmonic transforms, evaluation at points (core/harmonics).
+ * sphere.h - grids, harmonic transforms, evaluation at points (core/harmonics).
  *
  * A part of srnf.h, which states the conventions; programs include that.
  */

@@ -85,6 +85,8 @@ check 'the library installs' inside sh -c 'apt-get -q install -y --no-install-re
 check 'an example compiles against it' inside sh -c \
     'cd /usr/share/doc/libsrnf-dev/examples && cc geodesic.c -o /tmp/geodesic $(pkg-config --cflags --libs srnf)'
 check 'and runs' inside sh -c 'cd /tmp && ./geodesic L_thalamus.ply L_thalamus.ply'
+check 'so does the other' inside sh -c \
+    'cd /usr/share/doc/libsrnf-dev/examples && cc mean.c -o /tmp/mean $(pkg-config --cflags --libs srnf) -lm'
 check 'it links statically, too' inside sh -c \
     'cd /usr/share/doc/libsrnf-dev/examples && cc geodesic.c -o /tmp/static $(pkg-config --cflags --libs --static srnf)'
 
