@@ -98,7 +98,10 @@ struct srnf_invert_options {
     enum srnf_initial initial;
     const double *surface; /* [3][(L+1)^2] for SRNF_INITIAL_SURFACE */
     double tolerance;      /* on the relative energy; default 1e-12, 1e-30 .. 1 */
-    size_t max_iterations; /* 0: the method's own (LM 200 steps, gradient 20,000) */
+    /* Of iterations, see struct srnf_inversion: of all searches together. A step that is refused is
+       still tried again, some 25 times at most. The eigenproblem has no such limit. 0: the
+       method's own (LM 200 steps, gradient 20,000). */
+    size_t max_iterations;
     bool certify; /* singular value and certificate too (costly above degree 31); default true */
 };
 struct srnf_invert_options srnf_invert_options_defaults(void);
@@ -123,12 +126,16 @@ struct srnf_inversion {
     double *coefficients; /* [3][(L+1)^2], positive volume, l = 0 terms 0; owned, srnf_free */
     double energy, relative_energy;
     double gradient_norm; /* of E in the coefficients */
+    /* Steps tried, accepted or refused: of all searches of the method, and those that take a
+       solution on beyond the tolerance. The work of the eigenproblem is in transforms alone. */
     size_t iterations;
     bool converged;
     enum srnf_stop stopped;
     enum srnf_inversion_method method; /* that produced the result */
+    /* The start, each step accepted, and each surface of the eigenproblem that was kept:
+       n_history - 1 may be less than iterations, or more. Owned. */
     size_t n_history;
-    struct srnf_iteration *history; /* [n_history], owned */
+    struct srnf_iteration *history;
     double transforms;
     bool flipped;                   /* -f was found first and turned */
     double smallest_singular_value; /* of Q_* off the translations; 0: not computed */

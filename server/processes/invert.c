@@ -138,8 +138,9 @@ static const struct process_input inputs[] = {
      .lowest = PROCESS_TOLERANCE_MIN, .highest = PROCESS_TOLERANCE_MAX,
      .fallback = PROCESS_TOLERANCE_DEFAULT},
     {"maxIterations", INPUT_INTEGER, AT(max_iterations),
-     "null: the method's own limit, which is a failure when it is reached. A number given here "
-     "makes the surface reached by then a result, with converged false.",
+     "Of iterations, in all searches together; the eigenproblem, which auto and spectral solve "
+     "besides, has none. null: the method's own limit, which is a failure when it is reached. A "
+     "number given here makes the surface reached by then a result, with converged false.",
      .lowest = 1, .highest = PROCESS_ITERATIONS_MAX, .nullable = true},
     {"certificate", INPUT_CHOICE, AT(certificate),
      "auto: how far off the surface can be, and whether it is the only one of its degree, where "
@@ -156,7 +157,9 @@ static const struct process_output outputs[] = {
     {"energy", OUTPUT_NUMBER, "||Q(f) - q||^2."},
     {"relativeEnergy", OUTPUT_NUMBER, "The same divided by ||q||^2."},
     {"gradientNorm", OUTPUT_NUMBER_OR_NULL, "Of the energy in the coefficients: 0 at a minimum."},
-    {"iterations", OUTPUT_INTEGER, "Of the method."},
+    {"iterations", OUTPUT_INTEGER,
+     "Steps that were tried, accepted or refused, in all searches together, and those that take a "
+     "solution on beyond the tolerance; without the work of the eigenproblem."},
     {"transforms", OUTPUT_NUMBER, "Cost in gradient transforms of three coordinates."},
     {"converged", OUTPUT_BOOLEAN,
      "Whether relativeEnergy reached the tolerance (stopped is then tolerance)."},
@@ -164,7 +167,10 @@ static const struct process_output outputs[] = {
      "tolerance: solved; stationary: a minimum of positive energy; maxIterations: it was still "
      "falling; closedForm: what the method closed-form gives, above the tolerance."},
     {"method", OUTPUT_STRING, "The method that produced the result."},
-    {"history", OUTPUT_OBJECTS, "[{iteration, energy, seconds, transforms}]."},
+    {"history", OUTPUT_OBJECTS,
+     "[{iteration, energy, seconds, transforms}]: the start, each step that was accepted, and each "
+     "surface of the eigenproblem that was kept. iteration numbers these, from 0; the last may "
+     "differ from iterations."},
     {"certificate", OUTPUT_OBJECT_OR_NULL,
      "residual, secondEigenvalue, threshold, unique; null where it was not computed. Where unique "
      "is false, secondEigenvalue is a bound from above."},
