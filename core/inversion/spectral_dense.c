@@ -9,9 +9,9 @@
  * before it gives a vector whose quotient is below the threshold: a bound that settles the matter
  * the other way.
  *
- * Surfaces of degree LOOK are looked at first: where the form is as good as 0 on one of them, it is
- * on one of the whole degree. So convex surfaces are done with at a fiftieth of the cost. Where it
- * is not, what comes next to 0 there is where inverse iteration begins.
+ * Where normals go about the sphere hardly more than once, surfaces of degree LOOK are looked at
+ * first: where the form is as good as 0 on one of them, it is on one of the whole degree. So
+ * surfaces near convex ones are done with at a twentieth of the cost, at degree 31.
  *
  * At degree 31 a factorization is 10^10 multiply-adds (n^3 / 3, n = 3 (L+1)^2 - 3). It goes by
  * panels, asks for cancellation at each, and spreads over the threads of the context what a panel

@@ -241,7 +241,7 @@ int fields_apply_inverse(const struct fields *fields, const double *potentials, 
         for (size_t i = 0; i < n; i++) {
             double one = newton_point(&e, i, points + 3 * i, &newton[i], x + 3 * i, &steps[i]);
 
-            left = one <= left ? left : one; /* what is no number stays */
+            left = isnan(left) || one <= left ? left : one; /* what is no number stays */
         }
     }
     if (!(left <= INVERSE_TOLERANCE)) {

@@ -1,8 +1,8 @@
 /*
  * test_register_hidden.c - no warp hides a part of the moving surface between the nodes: the
  * integral of its Jacobian is the area of the sphere, on finer grids too, of pairs that differ
- * much; and the mean of a group of two kinds is told of as it was found. No registration ends above
- * a rigid start.
+ * much; and the mean of a group of two kinds is told of as it was found. Stiff penalties do
+ * not lose the rigid start.
  */
 #include "core/stats/group.h"
 #include "registration/registration.h"
