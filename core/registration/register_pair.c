@@ -2,9 +2,11 @@
  * register_pair.c - the searches of one registration, in one direction or in both.
  *
  * Symmetric mode runs the pair in a fixed order, whichever way it was asked for, so that d(a, b) =
- * d(b, a) to the last bit: both directions are searched, and the lower objective is kept (the
- * objective itself is symmetric). The answer is the warp or its inverse. Why the search ended is
- * the worse reason of both: one that was cut off might have ended lower than the one that is kept.
+ * d(b, a) to the last bit: both directions are searched as far as their basins, and the one whose
+ * objective is lower goes on. (The objective is symmetric but for the norm that it is relative to;
+ * here that is the geometric mean of both.) The answer is the warp or its inverse. Why the search
+ * ended is the worse reason of both: one that was cut off might have ended lower than the one that
+ * is kept.
  * In exact mode, whose steps are all of one kind, two swaps follow, in which the warp is inverted
  * and optimized in the other direction. (Swaps begin where there is little to gain: that one gained
  * nothing tells nothing.)
@@ -80,6 +82,7 @@ struct pair {
     struct srnf_warp best; /* as found */
     size_t direction;      /* best has surface[direction] as its template */
     double rotation[9];    /* of its values */
+    double norm2;          /* geometric mean of both ||q||^2 */
     double objective, distance, gap;
     enum srnf_register_stop stopped; /* of the one that is kept */
     enum srnf_register_stop worst;   /* of both ways */
@@ -87,6 +90,16 @@ struct pair {
     struct landmark_search *landmarks[2]; /* with surface[k] as the template; NULL: none */
     const struct subject *subjects[2];    /* of the surfaces, or NULL */
 };
+
+/* Relative to what both ways share, whichever surface is the template. */
+static double shared_objective(const struct pair *pair, const struct search_result *result)
+{
+    const struct warp *warp = &result->warp;
+    double penalties = warp->objective - warp->energy;
+
+    return isfinite(penalties) ? result->distance * result->distance / pair->norm2 + penalties
+                               : INFINITY;
+}
 
 static void keep(struct pair *pair, size_t direction, struct search_result *result)
 {
@@ -97,7 +110,7 @@ static void keep(struct pair *pair, size_t direction, struct search_result *resu
     pair->info.min_jacobian = result->min_jacobian;
     pair->info.max_jacobian = result->max_jacobian;
     pair->direction = direction;
-    pair->objective = result->warp.objective;
+    pair->objective = shared_objective(pair, result);
     pair->distance = result->distance;
     pair->stopped = result->warp.stopped;
 }
@@ -154,8 +167,8 @@ static int search_pair(const struct call *c, struct pair *pair)
         share.to += SHARE_WAY;
     }
     if (status == SRNF_OK) {
-        double a = results[0].warp.objective;
-        double b = results[1].warp.objective;
+        double a = shared_objective(pair, &results[0]);
+        double b = shared_objective(pair, &results[1]);
 
         best = b < a;
         pair->gap = fmax(a, b) > 0.0 ? fabs(a - b) / fmax(a, b) : 0.0;
@@ -197,12 +210,13 @@ static int swap_once(const struct call *c, struct pair *pair)
                                   pair->surface[1 - other], &inverse, &result);
     }
     if (status == SRNF_OK) {
+        bool lower = shared_objective(pair, &result) < pair->objective;
+
         pair->info.iterations += result.iterations;
-        if (result.warp.objective < pair->objective ||
-            result.warp.stopped == SRNF_REGISTER_MAX_ITERATIONS) {
+        if (lower || result.warp.stopped == SRNF_REGISTER_MAX_ITERATIONS) {
             pair->worst = registration_worse_stop(pair->worst, result.warp.stopped);
         }
-        if (result.warp.objective < pair->objective) {
+        if (lower) {
             keep(pair, other, &result);
         }
     }
@@ -266,10 +280,13 @@ int register_both_ways(const struct call *c, const double *template_surface, con
         .q = {order ? c->q1 : c->q2, order ? c->q2 : c->q1},
         .surface = {order ? template_surface : moving, order ? moving : template_surface},
         .subjects = {c->subjects[order ? 0 : 1], c->subjects[order ? 1 : 0]}};
+    const struct srnf_grid *grid = srnf_sht_grid(c->sht);
     size_t wanted = order ? 0 : 1; /* the template's place in the pair */
     struct landmark_search back = {.worst = 0};
     int status;
 
+    pair.norm2 = sqrt(srnf_inner_product(grid, pair.q[0], pair.q[0])) *
+                 sqrt(srnf_inner_product(grid, pair.q[1], pair.q[1]));
     if (c->landmarks) {
         back.pairs = c->landmarks->pairs;
         back.pairs.fixed = c->landmarks->pairs.moving;

@@ -101,11 +101,11 @@ struct srnf_registration {
     double *q;          /* [3][n_theta][n_phi] O sqrt(J) q2 o gamma on the template's grid, exact */
     double rotation[9]; /* O, row-major */
     struct srnf_warp warp;
-    double *points;                    /* [n_theta][n_phi][3] gamma on the template's grid */
-    double *jacobian;                  /* [n_theta][n_phi] */
-    double distance;                   /* ||q1 - O sqrt(J) q2 o gamma||, on the search's grid */
-    double distance_before;            /* ||q1 - q2|| */
-    double objective;                  /* distance^2 / ||q1||^2 + penalties */
+    double *points;         /* [n_theta][n_phi][3] gamma on the template's grid */
+    double *jacobian;       /* [n_theta][n_phi] */
+    double distance;        /* ||q1 - O sqrt(J) q2 o gamma||, on the search's grid */
+    double distance_before; /* ||q1 - q2|| */
+    double objective;       /* distance^2 / ||q1||^2 + penalties; symmetric: / (||q1|| ||q2||) */
     double min_jacobian, max_jacobian; /* between the nodes of the search's grid too */
     double inverse_consistency; /* symmetric only: relative gap of the objectives of the two ways,
                                    each in its basin and before the better one goes on */
