@@ -75,8 +75,9 @@ static bool solve_corrected(const struct tabulated_optimizer *o, double lambda, 
     return true;
 }
 
-/* The step of one damping, and the gain that is expected of it. */
-static bool solve(const struct tabulated_optimizer *o, double lambda, double curvature,
+/* The step of one damping, which goes a part of the way to the landmarks, and the gain that is
+   expected of it. */
+static bool solve(const struct tabulated_optimizer *o, double lambda, double part, double curvature,
                   struct vectors *v, double *expected)
 {
     struct damped system = {o->level, lambda, curvature};
@@ -89,7 +90,7 @@ static bool solve(const struct tabulated_optimizer *o, double lambda, double cur
         return false;
     }
     if (o->track) {
-        if (!landmark_track_correct(o->track, solve_damped, &system, 1.0, v->step, &promise)) {
+        if (!landmark_track_correct(o->track, solve_damped, &system, part, v->step, &promise)) {
             return false;
         }
         /* Without what the damping takes of it, which the model does not know. */
@@ -122,14 +123,15 @@ static int advance(const struct tabulated_optimizer *o, bool first, struct vecto
 {
     double before = cloud->objective + (o->track ? landmark_track_cost(o->track) : 0.0);
     double curvature = linearize(o, cloud, first, v);
+    double part = 1.0; /* damping alone shortens no way to landmarks that weigh much */
 
     *gain = 0.0;
-    for (; *lambda <= LAMBDA_MAX; *lambda *= 6.0, secant_forget(&v->secant)) {
+    for (; *lambda <= LAMBDA_MAX; *lambda *= 6.0, part *= 0.5, secant_forget(&v->secant)) {
         double expected;
         double after;
         struct cloud accepted;
 
-        if (!solve(o, *lambda, curvature, v, &expected)) {
+        if (!solve(o, *lambda, part, curvature, v, &expected)) {
             continue;
         }
         tabulated_fields_potentials(o->fields, v->step, v->potentials);

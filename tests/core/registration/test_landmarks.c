@@ -164,6 +164,35 @@ static void weighs_them(void **state)
     scene_close(&s);
 }
 
+/* However much they weigh, and however far they are: they are gone to step by step. */
+static void weighs_much(void **state)
+{
+    static const double weights[] = {1.0, 1e3, 1e6, INFINITY};
+    static const double limits[] = {0.1, 1e-3, 1e-6, EXACT}; /* radians */
+    const struct srnf_register_options options = srnf_register_options_defaults();
+    struct test_random random = test_random_seed(12);
+    double before = INFINITY;
+    struct scene s;
+    (void)state;
+
+    scene_open(&s, 1.0);
+    spread(&random, COUNT, 0.5, s.moving);
+    for (size_t k = 0; k < sizeof weights / sizeof weights[0]; k += FIGURES_SLOW ? 2 : 1) {
+        struct srnf_registration r;
+        double most;
+
+        s.landmarks.weight = weights[k];
+        most = run(&s, &options, &s.landmarks, &r);
+        printf("# weight %g: residual %.3g, distance %.4f, %s\n", weights[k], most, r.distance,
+               srnf_register_stop_name(r.stopped));
+        assert_below(most, before);
+        assert_below(most, limits[k]);
+        before = most;
+        srnf_registration_clear(&r);
+    }
+    scene_close(&s);
+}
+
 /* A known warp in any pose: its own landmarks lead to it, and to points that were held out. */
 static void finds_a_warp(void **state)
 {
@@ -412,10 +441,15 @@ static void survives_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(meets_them_exactly),    cmocka_unit_test(is_symmetric),
-        cmocka_unit_test(weighs_them),           cmocka_unit_test(finds_a_warp),
-        cmocka_unit_test(turns_about_one),       cmocka_unit_test(corrects_to_the_minimum),
-        cmocka_unit_test(refuses_what_is_wrong), cmocka_unit_test(tells_what_cannot_be_met),
+        cmocka_unit_test(meets_them_exactly),
+        cmocka_unit_test(is_symmetric),
+        cmocka_unit_test(weighs_them),
+        cmocka_unit_test(weighs_much),
+        cmocka_unit_test(finds_a_warp),
+        cmocka_unit_test(turns_about_one),
+        cmocka_unit_test(corrects_to_the_minimum),
+        cmocka_unit_test(refuses_what_is_wrong),
+        cmocka_unit_test(tells_what_cannot_be_met),
         cmocka_unit_test(survives_refusals),
     };
 
