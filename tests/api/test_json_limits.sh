@@ -64,6 +64,19 @@ is_problem 422 invalid-input '900 wrong members'
 is "$(json '.errors | length') $(json .errorCount)" '20 900' 'twenty are named, and all are counted'
 compare "$(wc -c <"$BODY")" '<=' 8192 'in a small answer'
 
+# Names that no process has are looked for among those that it has until twenty are told.
+{
+    printf '{"inputs":{'
+    seq -f '"surface%.0f":0,' 400000 | tr -d '\n'
+    printf '"z":0}}'
+} >"$SCRATCH/names"
+started=${EPOCHREALTIME/./}
+send /v1/processes/mean/execution "$SCRATCH/names"
+took=$((${EPOCHREALTIME/./} - started))
+is_problem 422 invalid-input '400,000 unknown inputs'
+is "$(json '.errors | length')" 20 'twenty are named'
+[ -n "$SRNFD_SANITIZED" ] || compare "$took" '<=' 5000000 'within seconds'
+
 # A field given as numbers, as large as inputs may be, is read: only its name is wrong.
 awk 'BEGIN { printf "{\"inputs\":{\"nothing\":["; for (i = 0; i < 884736; i++) printf "%s0.12345678901234567", i ? "," : ""; printf "]}}" }' \
     >"$SCRATCH/numbers"

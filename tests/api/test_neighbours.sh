@@ -54,4 +54,10 @@ for limit in 'distances 1000' 'neighbours 4000'; do
     is "$(json '.inputs.surfaces.schema.maxItems')" "${limit#* }" 'as its schema has it'
 done
 stop_server || not_ok 'the server ends well'
+
+start_server "$SCRATCH/data" --workers 1 --job-memory 50000 || exit 1
+execute neighbours '{"cohort":"nuclei","k":1,"lmax":4}'
+is "$STATUS $(json '.errors | map(.pointer) | tojson')" '422 ["/inputs"]' 'what does not fit is refused at once'
+like "$(json '.errors[0].detail')" '^4 surfaces of degree 4 need about .* a job may have .*job-memory' 'and why is told'
+stop_server || not_ok 'the server with little memory ends well'
 done_testing

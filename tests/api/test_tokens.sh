@@ -344,8 +344,15 @@ is "$(awk -F'\t' '$2 == "ben" { print $3 }' "$SCRATCH/list")" user 'tokens are l
 like "$(awk -F'\t' '$2 == "ben" { print $6 }' "$SCRATCH/list")" '^20' 'with their last use'
 as "$ADA" get /v1/meshes --header 'X-Request-Id: whose'
 get /healthz --header 'X-Request-Id: open'
-is "$(jq -r 'select(.event == "request" and (.id == "whose" or .id == "open")) | .id + " " + (.owner // "nobody")' "$SERVER_LOG" |
-    paste -sd' ')" 'whose ada open nobody' 'the log says who asked'
+askers() {
+    jq -r 'select(.event == "request" and (.id == "whose" or .id == "open")) | .id + " " + (.owner // "nobody")' \
+        "$SERVER_LOG" | paste -sd' '
+}
+for _ in {1..50}; do # a line is written after its answer has been sent
+    [ "$(askers)" != 'whose ada open nobody' ] || break
+    sleep 0.1
+done
+is "$(askers)" 'whose ada open nobody' 'the log says who asked'
 unlike "$(cat "$SCRATCH/list" "$DATA"/tokens* "$SERVER_LOG")" "${BEN#srnfd_}" 'and no secret is in list, file or log'
 "$SRNFD" token revoke "$(awk -F'\t' '$2 == "ben" { print $1 }' "$SCRATCH/list")" --data "$DATA" 2>/dev/null
 is $? 0 'a token is revoked by its id'
