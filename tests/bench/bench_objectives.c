@@ -7,9 +7,9 @@
  *
  * 24 pairs each of brain structures, ventricles and asteroids, and 20 more of each that nothing was
  * tuned by, at degrees 15, 23 and 31, encoded by area. The best known objectives are in
- * tests/bench/objectives.txt; what is found lower than there is printed as a line for that file. The
- * second form makes that file anew: the lowest of longer searches, from the parameterization of the
- * moving surface turned at random so many times, forward, both ways, and on from where they ended.
+ * tests/bench/objectives.txt; what is found lower than there is printed as a line for that file.
+ * The second form makes that file anew: the lowest of longer searches, from the parameterization of
+ * the moving surface turned at random so many times, forward, both ways, and on from their ends.
  * Cost is processor time in units of one gradient transform of three coordinates at the same
  * degree, with its field, timed in the same run; report included. Every third pair is registered
  * both ways too: how many times as long that takes, and how far its distance is from the one of
