@@ -5,8 +5,8 @@
  *             + a integral (1 + J) (log J)^4 + b min over O' of integral |e - O' sqrt(J) gamma|^2
  *
  * The first penalty keeps J away from 0, the second keeps displacements down; both are unchanged
- * under gamma -> gamma^-1, so the objective is symmetric. O and O' are the closest rotations to the
- * cross moments, in closed form.
+ * under gamma -> gamma^-1, so the objective is symmetric but for the norm of q1. O and O' are the
+ * closest rotations to the cross moments, in closed form.
  */
 #include "registration.h"
 

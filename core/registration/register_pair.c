@@ -2,11 +2,11 @@
  * register_pair.c - the searches of one registration, in one direction or in both.
  *
  * Symmetric mode runs the pair in a fixed order, whichever way it was asked for, so that d(a, b) =
- * d(b, a) to the last bit: both directions are searched as far as their basins, and the one whose
- * objective is lower goes on. (The objective is symmetric but for the norm that it is relative to;
- * here that is the geometric mean of both.) The answer is the warp or its inverse. Why the search
- * ended is the worse reason of both: one that was cut off might have ended lower than the one that
- * is kept.
+ * d(b, a) to the last bit: both directions are searched, as far as their basins where these tell
+ * enough, and the one whose objective is lower goes on. (It is symmetric but for the norm that it
+ * is relative to; here that is the geometric mean of both.) The answer is the warp or its inverse.
+ * Why the search ended is the worse reason of both: one that was cut off might have ended lower
+ * than the one that is kept.
  * In exact mode, whose steps are all of one kind, two swaps follow, in which the warp is inverted
  * and optimized in the other direction. (Swaps begin where there is little to gain: that one gained
  * nothing tells nothing.)

@@ -171,8 +171,8 @@ static const struct process_output outputs[] = {
      "The same for the surfaces as they were given, in their poses and parameterizations: no "
      "measure of shape, and none of what registration achieved."},
     {"objective", OUTPUT_NUMBER_OR_NULL,
-     "What was minimized: squared distance relative to the area of the template, symmetric to the "
-     "geometric mean of both areas, and the penalties."},
+     "What was minimized: squared distance relative to the area of the template (with symmetric, "
+     "to the geometric mean of both areas), and the penalties."},
     {"minJacobian", OUTPUT_NUMBER_OR_NULL,
      "Least factor by which the warp scales areas of the sphere, on a grid finer by half; above "
      "0, nothing folds. Ten pairs of brain structures, ventricles and asteroids, at degrees 8, 15 "
