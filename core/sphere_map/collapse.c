@@ -196,7 +196,7 @@ static bool adjacent(const struct spherical *s, uint32_t a, uint32_t b)
         a = b;
         b = swap;
     }
-    return spherical_ring_find(&s->rings[a], b) < s->rings[a].count;
+    return spherical_ring_has(&s->rings[a], b);
 }
 
 /* Have v and its k-th neighbour just two common neighbours? */
@@ -252,7 +252,7 @@ static void evaluate(struct collapse *c, uint32_t v)
     const struct spherical *s = c->s;
     const struct ring *ring = &s->rings[v];
     double best = COST_NEVER;
-    uint32_t target = ring->at[0];
+    uint32_t target = spherical_ring_first(ring);
     bool last = false;
     double area;
 
@@ -310,39 +310,30 @@ static int record_collapse(struct spherical *s, uint32_t v, uint32_t k)
     return SRNF_OK;
 }
 
-static void ring_remove(struct ring *ring, uint32_t vertex)
-{
-    uint32_t i = spherical_ring_find(ring, vertex);
-
-    memmove(ring->at + i, ring->at + i + 1, (ring->count - i - 1) * sizeof *ring->at);
-    ring->count--;
-}
-
 /* Takes v out of the mesh; its neighbours turn to u = at[k]. */
 static int collapse_into(struct spherical *s, uint32_t v, uint32_t k)
 {
     struct ring *ring = &s->rings[v];
     uint32_t u = ring->at[k];
     struct ring *wide = &s->rings[u];
-    uint32_t extra = ring->count - 3;
-    uint32_t at;
 
-    if (spherical_ring_reserve(s, wide, wide->count + extra)) {
-        return SRNF_ENOMEM;
-    }
     /* In u's ring v gives way to the neighbours of v between the two common ones. */
-    at = spherical_ring_find(wide, v);
-    memmove(wide->at + at + extra, wide->at + at + 1, (wide->count - at - 1) * sizeof *wide->at);
-    for (uint32_t i = 0; i < extra; i++) {
-        uint32_t w = spherical_ring_get(ring, k + 2 + i);
-        struct ring *other = &s->rings[w];
+    for (uint32_t i = 2; i + 1 < ring->count; i++) {
+        uint32_t w = spherical_ring_get(ring, k + i);
 
-        wide->at[at + i] = w;
-        other->at[spherical_ring_find(other, v)] = u;
+        if (i == 2) {
+            spherical_ring_replace(s, wide, v, w);
+        } else if (spherical_ring_insert(s, wide, spherical_ring_get(ring, k + i - 1), true, w)) {
+            return SRNF_ENOMEM;
+        }
+        spherical_ring_replace(s, &s->rings[w], v, u);
     }
-    wide->count = wide->count + extra - 1;
-    ring_remove(&s->rings[spherical_ring_get(ring, k + 1)], v);
-    ring_remove(&s->rings[spherical_ring_get(ring, k + ring->count - 1)], v);
+    if (ring->count == 3) {
+        spherical_ring_remove(s, wide, v);
+    }
+    spherical_ring_remove(s, &s->rings[spherical_ring_get(ring, k + 1)], v);
+    spherical_ring_remove(s, &s->rings[spherical_ring_get(ring, k + ring->count - 1)], v);
+    spherical_hub_leave(ring);
     s->present[v] = false;
     s->n_present--;
     return SRNF_OK;
@@ -392,7 +383,7 @@ static int collapse_top(struct collapse *c)
         refresh(c, v);
         return SRNF_OK;
     }
-    k = spherical_ring_find(&s->rings[v], c->target[v]);
+    k = spherical_entry(spherical_ring_read(&s->rings[v]), s->rings[v].count, c->target[v]);
     if (!(c->cost[v] < COST_NEVER) || k == s->rings[v].count) {
         return SRNF_ENUMERIC; /* no vertex can go: not a closed surface of genus zero */
     }

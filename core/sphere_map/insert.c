@@ -39,47 +39,24 @@ static double area_of(const struct spherical *s, uint32_t a, uint32_t b, uint32_
 static int restore(struct spherical *s, uint32_t v, const uint32_t *ring, uint32_t count)
 {
     uint32_t u = ring[0];
-    struct ring *wide = &s->rings[u];
-    uint32_t extra = count - 3;
-    uint32_t at;
 
-    if (extra > 0) {
-        /* u's ring holds the neighbours to be given back as one run, perhaps across its end. */
-        at = spherical_ring_find(wide, ring[2]);
-        wide->at[at] = v;
-        for (uint32_t i = 1; i < extra; i++) {
-            uint32_t gone = spherical_ring_find(wide, ring[2 + i]);
-
-            memmove(wide->at + gone, wide->at + gone + 1,
-                    (wide->count - gone - 1) * sizeof *wide->at);
-            wide->count--;
+    if (count > 3) {
+        /* u gives its neighbours between the two common ones back. */
+        spherical_ring_replace(s, &s->rings[u], ring[2], v);
+        for (uint32_t i = 3; i + 1 < count; i++) {
+            spherical_ring_remove(s, &s->rings[u], ring[i]);
         }
-    } else {
-        if (spherical_ring_reserve(s, wide, wide->count + 1)) {
-            return SRNF_ENOMEM;
-        }
-        at = spherical_ring_find(wide, ring[1]) + 1;
-        memmove(wide->at + at + 1, wide->at + at, (wide->count - at) * sizeof *wide->at);
-        wide->at[at] = v;
-        wide->count++;
+    } else if (spherical_ring_insert(s, &s->rings[u], ring[1], true, v)) {
+        return SRNF_ENOMEM;
     }
     for (uint32_t i = 2; i + 1 < count; i++) {
-        struct ring *other = &s->rings[ring[i]];
-
-        other->at[spherical_ring_find(other, u)] = v;
+        spherical_ring_replace(s, &s->rings[ring[i]], u, v);
     }
-    for (uint32_t side = 0; side < 2; side++) {
-        /* Seen from the common neighbours, v comes just before u on one side and just after it on
-           the other. */
-        struct ring *other = &s->rings[side == 0 ? ring[1] : ring[count - 1]];
-
-        if (spherical_ring_reserve(s, other, other->count + 1)) {
-            return SRNF_ENOMEM;
-        }
-        at = spherical_ring_find(other, u) + (side == 0 ? 0 : 1);
-        memmove(other->at + at + 1, other->at + at, (other->count - at) * sizeof *other->at);
-        other->at[at] = v;
-        other->count++;
+    /* Seen from the common neighbours, v comes just before u on one side and just after it on the
+       other. */
+    if (spherical_ring_insert(s, &s->rings[ring[1]], u, false, v) ||
+        spherical_ring_insert(s, &s->rings[ring[count - 1]], u, true, v)) {
+        return SRNF_ENOMEM;
     }
     return SRNF_OK;
 }

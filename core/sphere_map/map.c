@@ -2,7 +2,7 @@
  * map.c - low-distortion bijective map of a closed mesh of genus zero to the unit sphere.
  *
  * Collapse to a tetrahedron, put that on the sphere, take the vertices back one by one, and relax
- * the whole map each time their number has grown by half (spherical_*.c). What is returned has
+ * the whole map each time their number has grown by half (relax.c). What is returned has
  * passed an exact orientation test of every face and covers the sphere once. If an attempt fails,
  * the next one of a fixed list runs: other weights of shape in the collapse, then fatter slivers;
  * if all fail the call fails, and no flipped map leaves it.
@@ -104,6 +104,7 @@ static int attempt(struct spherical *s)
 static void clear(struct spherical *s)
 {
     spherical_pool_clear(&s->pool);
+    spherical_hubs_clear(s);
     srnf_free(s->record);
     srnf_free(s->star);
     s->record = NULL;

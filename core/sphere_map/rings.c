@@ -3,7 +3,8 @@
  *
  * Rings change all the time while vertices leave and return. They live in chunks of memory that are
  * only ever freed together; a ring that outgrows its place moves to one of twice the size, so that
- * all places a ring has ever had are together no larger than twice its last one.
+ * all places a ring has ever had are together no larger than twice its last one. Rings of hubs
+ * change elsewhere: hubs.c.
  */
 #include "sphere_map.h"
 
@@ -51,7 +52,8 @@ static uint32_t *pool_take(struct ring_pool *pool, size_t count)
     return chunk->entries + chunk->used - count;
 }
 
-int spherical_ring_reserve(struct spherical *s, struct ring *ring, uint32_t count)
+/* Makes room for count neighbours, keeping what is there. */
+static int reserve(struct spherical *s, struct ring *ring, uint32_t count)
 {
     uint32_t capacity = ring->capacity ? ring->capacity : 4;
     uint32_t *at;
@@ -74,26 +76,89 @@ int spherical_ring_reserve(struct spherical *s, struct ring *ring, uint32_t coun
     return SRNF_OK;
 }
 
-uint32_t spherical_ring_find(const struct ring *ring, uint32_t vertex)
+uint32_t spherical_entry(const uint32_t *at, uint32_t count, uint32_t vertex)
 {
     uint32_t i = 0;
 
-    /* Hubs are searched for each of their neighbours: block by block, without branches inside. */
-    for (; i + FIND_BLOCK <= ring->count; i += FIND_BLOCK) {
-        const uint32_t *block = ring->at + i;
+    /* Block by block, without branches inside: some rings are long. */
+    for (; i + FIND_BLOCK <= count; i += FIND_BLOCK) {
         uint32_t hits = 0;
 
         for (uint32_t k = 0; k < FIND_BLOCK; k++) {
-            hits += block[k] == vertex;
+            hits += at[i + k] == vertex;
         }
         if (hits > 0) {
             break;
         }
     }
-    while (i < ring->count && ring->at[i] != vertex) {
+    while (i < count && at[i] != vertex) {
         i++;
     }
     return i;
+}
+
+const uint32_t *spherical_ring_read(struct ring *ring)
+{
+    if (ring->hub) {
+        spherical_hub_write(ring);
+    }
+    return ring->at;
+}
+
+bool spherical_ring_has(const struct ring *ring, uint32_t vertex)
+{
+    return ring->hub ? spherical_hub_has(ring->hub, vertex)
+                     : spherical_entry(ring->at, ring->count, vertex) < ring->count;
+}
+
+uint32_t spherical_ring_first(const struct ring *ring)
+{
+    return ring->hub ? spherical_hub_first(ring->hub) : ring->at[0];
+}
+
+void spherical_ring_replace(struct spherical *s, struct ring *ring, uint32_t old, uint32_t vertex)
+{
+    spherical_hub_make(s, ring);
+    if (ring->hub) {
+        spherical_hub_replace(ring->hub, old, vertex);
+    } else {
+        ring->at[spherical_entry(ring->at, ring->count, old)] = vertex;
+    }
+}
+
+void spherical_ring_remove(struct spherical *s, struct ring *ring, uint32_t vertex)
+{
+    uint32_t i;
+
+    spherical_hub_make(s, ring);
+    if (ring->hub) {
+        spherical_hub_remove(s, ring, vertex);
+        return;
+    }
+    i = spherical_entry(ring->at, ring->count, vertex);
+    ring->count--;
+    memmove(ring->at + i, ring->at + i + 1, (ring->count - i) * sizeof *ring->at);
+}
+
+int spherical_ring_insert(struct spherical *s, struct ring *ring, uint32_t place, bool after,
+                          uint32_t vertex)
+{
+    if (reserve(s, ring, ring->count + 1)) {
+        return SRNF_ENOMEM;
+    }
+    spherical_hub_make(s, ring);
+    if (ring->hub) {
+        if (spherical_hub_insert(ring->hub, place, after, vertex)) {
+            return SRNF_ENOMEM;
+        }
+    } else {
+        uint32_t i = spherical_entry(ring->at, ring->count, place) + after;
+
+        memmove(ring->at + i + 1, ring->at + i, (ring->count - i) * sizeof *ring->at);
+        ring->at[i] = vertex;
+    }
+    ring->count++;
+    return SRNF_OK;
 }
 
 /* Corners sorted by vertex: corner 3 f + k of face f belongs to vertex faces[3 f + k]. */
@@ -138,7 +203,7 @@ int spherical_rings_build(struct spherical *s)
         uint32_t count = first[v + 1] - first[v];
         uint32_t a = 0;
 
-        if (spherical_ring_reserve(s, ring, count)) {
+        if (reserve(s, ring, count)) {
             goto out;
         }
         for (uint32_t i = first[v]; i < first[v + 1]; i++) {

@@ -13,10 +13,14 @@
 
 #include "mesh/mesh_geometry.h"
 
-/* Neighbours of a vertex, counter-clockwise seen from outside; faces are (v, at[i], at[i + 1]). */
+struct hub; /* hubs.c */
+
+/* Neighbours of a vertex, counter-clockwise seen from outside; faces are (v, at[i], at[i + 1]). Of
+   a hub, which few are, `at` is behind what changed: spherical_ring_read. */
 struct ring {
     uint32_t *at;
     uint32_t count, capacity;
+    struct hub *hub;
 };
 
 /* Memory for rings that grow: chunks that are freed together. */
@@ -33,6 +37,7 @@ struct spherical {
     bool *present;
     size_t n_present;
     struct ring_pool pool;
+    struct hub *hubs; /* of all rings that have one */
     double
         floor_edge; /* triangles with a longest edge below this count as equilateral of that side */
     double sliver;  /* least height of a triangle, relative to its longest edge */
@@ -51,14 +56,35 @@ SRNF_CHECKED int spherical_accept(const struct srnf_mesh *mesh, struct srnf_erro
 /* rings.c */
 SRNF_CHECKED int spherical_rings_build(struct spherical *s);
 void spherical_pool_clear(struct ring_pool *pool);
-/* Makes room for count neighbours, keeping what is there. */
-SRNF_CHECKED int spherical_ring_reserve(struct spherical *s, struct ring *ring, uint32_t count);
-/* Position of a neighbour in a ring; count when it is not there. */
-uint32_t spherical_ring_find(const struct ring *ring, uint32_t vertex);
+/* Position of a vertex among count entries; count when it is not there. */
+uint32_t spherical_entry(const uint32_t *at, uint32_t count, uint32_t vertex);
+/* ring->at as it is now, until the ring changes. */
+const uint32_t *spherical_ring_read(struct ring *ring);
+bool spherical_ring_has(const struct ring *ring, uint32_t vertex);
+uint32_t spherical_ring_first(const struct ring *ring);
+/* Of a neighbour, by what was none before. */
+void spherical_ring_replace(struct spherical *s, struct ring *ring, uint32_t old, uint32_t vertex);
+void spherical_ring_remove(struct spherical *s, struct ring *ring, uint32_t vertex);
+/* Before or after the neighbour `place`. Errors: SRNF_ENOMEM. */
+SRNF_CHECKED int spherical_ring_insert(struct spherical *s, struct ring *ring, uint32_t place,
+                                       bool after, uint32_t vertex);
 static inline uint32_t spherical_ring_get(const struct ring *ring, uint32_t i)
 {
     return ring->at[i < ring->count ? i : i - ring->count];
 }
+
+/* hubs.c: for rings.c, but for the first two */
+void spherical_hubs_clear(struct spherical *s);
+/* The ring's array alone again. */
+void spherical_hub_leave(struct ring *ring);
+/* Where the ring is large enough and has none, and there is memory. */
+void spherical_hub_make(struct spherical *s, struct ring *ring);
+void spherical_hub_write(struct ring *ring);
+bool spherical_hub_has(const struct hub *hub, uint32_t vertex);
+uint32_t spherical_hub_first(const struct hub *hub);
+void spherical_hub_replace(struct hub *hub, uint32_t old, uint32_t vertex);
+void spherical_hub_remove(struct spherical *s, struct ring *ring, uint32_t vertex);
+SRNF_CHECKED int spherical_hub_insert(struct hub *hub, uint32_t place, bool after, uint32_t vertex);
 
 /* metric.c: cotangents at a, b, c and the area of the triangle, robust to slivers. */
 struct triangle_metric {

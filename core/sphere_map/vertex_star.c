@@ -50,12 +50,13 @@ static int star_room(struct spherical *s, size_t count)
 
 int spherical_star_load(struct spherical *s, uint32_t v)
 {
-    const struct ring *ring = &s->rings[v];
+    struct ring *ring = &s->rings[v];
     double scale = 4.0 * SRNF_PI / s->total_area;
 
     if (star_room(s, ring->count)) {
         return SRNF_ENOMEM;
     }
+    (void)spherical_ring_read(ring);
     for (uint32_t i = 0; i < ring->count; i++) {
         double *t = s->star + i * STAR_STRIDE;
         uint32_t a = ring->at[i];

@@ -10,6 +10,7 @@
  *
  *   SRNFD_TIME_MESHES=24    meshes    SRNFD_TIME_FACES=1000000    of so many faces each
  *   SRNFD_TIME_SEED=1       of what is drawn      SRNFD_TIME_FAMILY=stacked      of one family
+ *   SRNFD_TIME_FIRST=0      number of the first   SRNFD_TIME_THREADS=2           at once
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -82,7 +83,7 @@ struct timed {
 };
 
 struct study {
-    size_t faces;
+    size_t faces, first;
     uint64_t seed;
     struct timed *timed;
 };
@@ -112,8 +113,8 @@ static void time_mesh(void *argument, size_t i)
 {
     const struct study *study = argument;
     struct timed *timed = &study->timed[i];
-    struct test_random random = test_random_seed(study->seed + i);
-    struct srnf_mesh mesh = draw(&random, i, study->faces, &timed->name);
+    struct test_random random = test_random_seed(study->seed + study->first + i);
+    struct srnf_mesh mesh = draw(&random, study->first + i, study->faces, &timed->name);
     struct srnf_mesh_report report;
     double start = timing_cpu();
 
@@ -128,15 +129,15 @@ static void time_mesh(void *argument, size_t i)
 static void test_cost_of_a_face(void **state)
 {
     static struct timed timed[MESHES_MAX];
-    struct study study = {setting("SRNFD_TIME_FACES", 1000000), setting("SRNFD_TIME_SEED", 1),
-                          timed};
+    struct study study = {setting("SRNFD_TIME_FACES", 1000000), setting("SRNFD_TIME_FIRST", 0),
+                          setting("SRNFD_TIME_SEED", 1), timed};
     size_t count = setting("SRNFD_TIME_MESHES", 24);
     double costs[2 * MESHES_MAX], worst = 0.0, median;
     (void)state;
 
     assert_true(count > 0 && count <= MESHES_MAX);
     fftw_make_planner_thread_safe();
-    parallel_spread(AT_ONCE, count, time_mesh, &study);
+    parallel_spread(setting("SRNFD_TIME_THREADS", AT_ONCE), count, time_mesh, &study);
     for (size_t i = 0; i < count; i++) {
         assert_int_equal(timed[i].status, SRNF_OK);
         for (size_t r = 0; r < 2; r++) {
