@@ -1,7 +1,7 @@
 // Every process of the service, and a form for each made from its own description.
 import { useEffect, useState } from 'preact/hooks';
 import * as api from './api';
-import { go, link, useRoute } from './router';
+import { fromHere, link, useRoute } from './router';
 import { mayChange, refreshJobs } from './state';
 import { namesIn, withTerm } from './formula';
 import { NumbersField, PartsField, PointsField, SendShape, levelsOf, namesOfPoints } from './fields';
@@ -374,10 +374,11 @@ export function Form({ id }: { id: string }) {
         const inputs = inputsOf(process, kinds, asked(process, kinds));
         setBusy(true);
         setError(undefined);
+        const onward = fromHere();
         try {
             const job = await api.execute(id, inputs, name.trim() || usualName(process, texts));
             refreshJobs();
-            go(link('jobs', job.id));
+            onward(link('jobs', job.id));
         } catch (e) {
             setError(e);
         }

@@ -2,7 +2,7 @@
 import { useRef, useState } from 'preact/hooks';
 import * as api from './api';
 import { namesOf } from './names';
-import { go, link } from './router';
+import { fromHere, go, link } from './router';
 import { Value, jobs, mayChange, say, useValue } from './state';
 import { LongTable, Page, ProblemBox, Shown, Sure, csv, later, plural, save, useLoad, when } from './ui';
 import { DropZone, STATUS, Uploads } from './home';
@@ -268,11 +268,12 @@ function Undelete() {
     const [error, setError] = useState<unknown>();
     if (!gone) return null;
     const back = async () => {
+        const onward = fromHere();
         try {
             const name = await freeName(gone.name);
             await api.send('post', '/v1/cohorts', {}, { name, members: gone.members.map(clean) });
             deleted.set(null);
-            go(link('cohorts', name));
+            onward(link('cohorts', name));
         } catch (e) {
             setError(e);
         }
@@ -294,10 +295,11 @@ export function CohortPage({ name }: { name: string }) {
     }, [name]);
     const [error, setError] = useState<unknown>();
     const remove = async (members: api.Member[]) => {
+        const onward = fromHere();
         try {
             await api.send('delete', '/v1/cohorts/{name}', { name });
             deleted.set({ name, members });
-            go('#/cohorts');
+            onward('#/cohorts');
         } catch (e) {
             setError(e);
         }

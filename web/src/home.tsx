@@ -2,7 +2,7 @@
 import { useRef, useState } from 'preact/hooks';
 import * as api from './api';
 import { t } from './i18n';
-import { go, link } from './router';
+import { fromHere, link } from './router';
 import { caller, jobs, mayChange, refreshJobs, useValue } from './state';
 import { Meter, Page, ProblemBox, Shown, plural, size, useLoad, when } from './ui';
 import { batch, filesOf, loadExample, sendFiles } from './upload';
@@ -111,10 +111,11 @@ function Example() {
     const start = async () => {
         setError(undefined);
         setPart(0);
+        const onward = fromHere();
         try {
             const cohort = await loadExample(setPart);
             refreshJobs();
-            go(link('cohorts', cohort));
+            onward(link('cohorts', cohort));
         } catch (e) {
             setError(e);
         }

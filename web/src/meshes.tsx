@@ -1,7 +1,7 @@
 // Meshes: what was uploaded, its quality, what is wrong with it and how to mend it; label volumes.
 import { useEffect, useMemo, useState } from 'preact/hooks';
 import * as api from './api';
-import { go, link } from './router';
+import { fromHere, go, link } from './router';
 import { jobs, mayChange, refreshJobs, say } from './state';
 import { FORMATS, LongTable, Page, ProblemBox, Shown, figure, later, plural, size, useLoad } from './ui';
 import { DropZone, Uploads } from './home';
@@ -25,20 +25,21 @@ export function mending(mesh: api.Mesh): api.Inputs<'repair'> | null {
     return codes.length ? inputs : null;
 }
 
-function Mend({ mesh, done }: { mesh: api.Mesh; done?: (id: string) => void }) {
+function Mend({ mesh, done }: { mesh: api.Mesh; done?: (id: string, onward: (href: string) => void) => void }) {
     const [busy, setBusy] = useState(false);
     const [said, setSaid] = useState('');
     const inputs = mending(mesh);
     if (!inputs || !mayChange()) return null;
     const mend = async () => {
         setBusy(true);
+        const onward = fromHere();
         try {
             const answer = await api.run('repair', inputs);
             refreshJobs();
             if (answer.mesh.report.analysable) {
                 say(t`${mesh.name || mesh.id} was mended`);
                 await api.send('patch', '/v1/meshes/{id}', { id: answer.mesh.id }, { name: `${mesh.name || 'mesh'} mended` });
-                done?.(answer.mesh.id);
+                done?.(answer.mesh.id, onward);
             } else setSaid(answer.mesh.report.problems[0]?.detail ?? t`It cannot be mended this way.`);
         } catch (error) {
             setSaid((error as Error).message);
@@ -89,10 +90,11 @@ export function Meshes() {
     const all = shown.length > 0 && shown.every((m) => chosen.has(m.id));
     const makeCohort = async () => {
         const from = items.filter((m) => m.report.analysable && (chosen.size === 0 || chosen.has(m.id)));
+        const onward = fromHere();
         try {
             const name = await freeName('cohort');
             await api.send('post', '/v1/cohorts', {}, { name, members: from.map((m) => ({ id: m.id })).reverse() });
-            go(link('cohorts', name));
+            onward(link('cohorts', name));
         } catch (e) {
             setError(e);
         }
@@ -100,9 +102,10 @@ export function Meshes() {
     const addTo = async (name: string) => {
         setError(undefined);
         const from = items.filter((m) => m.report.analysable && chosen.has(m.id));
+        const onward = fromHere();
         try {
             await api.send('patch', '/v1/cohorts/{name}', { name }, { add: from.map((m) => ({ id: m.id })).reverse() });
-            go(link('cohorts', name));
+            onward(link('cohorts', name));
         } catch (e) {
             setError(e);
         }
@@ -161,7 +164,7 @@ export function MeshPage({ id }: { id: string }) {
     return (
         <Shown of={mesh} page label={t`the mesh`}>{(m) => (
             <Page title={m.name || m.id} actions={<>
-                <Mend mesh={m} done={(made) => go(link('meshes', made))} />
+                <Mend mesh={m} done={(made, onward) => onward(link('meshes', made))} />
                 <Rename kind="meshes" id={id} name={m.name} done={mesh.reload} />
                 <Delete kind="meshes" ids={[id]} name={m.name || m.id} done={(kept) => kept.length || go('#/meshes')} />
             </>}>
@@ -201,10 +204,11 @@ export function Volume({ id }: { id: string }) {
     const [chosen, setChosen] = useState<Set<number>>(new Set());
     const [error, setError] = useState<unknown>();
     const extract = async () => {
+        const onward = fromHere();
         try {
             for (const label of chosen) await api.execute('extract', { volume: id, labels: [label] }, `Label ${label}`);
             refreshJobs();
-            go('#/meshes');
+            onward('#/meshes');
         } catch (e) {
             setError(e);
         }

@@ -41,6 +41,13 @@ export const go = (href: string): void => {
     location.hash = href.replace(/^#/, '');
 };
 
+/** Goes on from this page, for when something that takes a while is done: whoever has left it meanwhile stays where they are. */
+export function fromHere(): (href: string) => void {
+    const here = () => location.hash.split('?')[0];
+    const before = here();
+    return (href) => { if (here() === before) go(href); };
+}
+
 export const queryOf = (): URLSearchParams => read().query;
 
 /** Changes the query of the present address without a step in the history. Pages are not drawn anew: they know already. */
