@@ -21,7 +21,7 @@ static void start(struct spherical *s, struct ring *ring, struct model *model)
 {
     *s = (struct spherical){.n = VERTICES};
     *ring = (struct ring){0};
-    /* Three neighbours, as every vertex has: put behind a first one that the array gets by hand. */
+    /* One neighbour, which the array gets by hand. */
     model->count = 1;
     model->at[0] = 0;
     model->n_outside = 0;
