@@ -83,6 +83,17 @@ async function main() {
         await waitText(page, 'A table has a column file');
     });
 
+    await step('keys count as soon as the page is drawn', async () => {
+        await visit(page, '#/');
+        const early = await page.evaluateOnNewDocument(() => new MutationObserver((_, observer) => {
+            if (!document.querySelector('.drop')) return;
+            observer.disconnect();
+            for (const key of ['g', 'c']) document.body.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+        }).observe(document, { childList: true, subtree: true }));
+        await page.reload();
+        await page.removeScriptToEvaluateOnNewDocument(early.identifier);
+        await page.waitForFunction(() => document.querySelector('main h1')?.textContent === 'Cohorts');
+    });
     await step('whoever goes to a page by keys or a link is at its heading, also where it comes later', async () => {
         await visit(page, '#/');
         await page.reload();

@@ -1,6 +1,6 @@
 // The frame around all pages: places at the left, the page, the tray of jobs at the bottom, keys.
 import { render } from 'preact';
-import { useEffect, useRef } from 'preact/hooks';
+import { useEffect, useLayoutEffect, useRef } from 'preact/hooks';
 import { Home } from './home';
 import { t } from './i18n';
 import { begin, link, useRoute } from './router';
@@ -66,7 +66,8 @@ function Help({ opened }: { opened: { current: HTMLDialogElement | null } }) {
 }
 
 function useKeys(help: { current: HTMLDialogElement | null }): void {
-    useEffect(() => {
+    // Keys count from when the page is there, not from a frame later.
+    useLayoutEffect(() => {
         let gone = 0;
         const pressed = (event: KeyboardEvent) => {
             const at = event.target as HTMLElement;

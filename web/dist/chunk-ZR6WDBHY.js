@@ -1,4 +1,4 @@
-import{E as B,I as U,J as y,L as V,M as H,O as q,P as F,S as j,X as d,_ as G,a as N,c as $,e as T,ea as _,ja as n,k as r,ka as S,l as b,la as L,ma as J,n as E,o as k,pa as W,qa as x,s as R,t as A,v as w,w as C,x as D}from"./chunk-ML7NQTSE.js";function oe(e,o){let l=[],c=[],a="",t=!1,s=0;for(let i=0;i<e.length;i++){let m=e[i];t?m!=='"'?a+=m:e[i+1]==='"'?a+=e[++i]:t=!1:m==='"'&&a===""?(t=!0,s=i):m===o||m===`
+import{$ as G,F as B,J as U,K as y,M as V,N as H,P as q,Q as F,T as j,Y as d,a as N,c as $,f as T,fa as _,ka as n,l as r,la as S,m as b,ma as L,na as J,o as E,p as k,qa as W,ra as x,t as R,u as A,w,x as C,y as D}from"./chunk-SGFG5XMR.js";function oe(e,o){let l=[],c=[],a="",t=!1,s=0;for(let i=0;i<e.length;i++){let m=e[i];t?m!=='"'?a+=m:e[i+1]==='"'?a+=e[++i]:t=!1:m==='"'&&a===""?(t=!0,s=i):m===o||m===`
 `?(c.push(a.trim()),a="",m===`
 `&&(l.push(c),c=[])):a+=m}if(t)throw new Error(r`The quote that begins in line ${e.slice(0,s).split(`
 `).length} is not closed.`);return(a||c.length)&&l.push([...c,a.trim()]),l.filter(i=>i.some(m=>m!==""))}function I(e){let o=e.replace(/^\uFEFF/,"").replace(/\r\n?/g,`

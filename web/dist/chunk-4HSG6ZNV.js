@@ -1,1 +1,0 @@
-import{x as a}from"./chunk-ML7NQTSE.js";async function c(r){let t=new Map,i=new Set(r);for(let e of["meshes","surfaces"])[...i].some(s=>s.startsWith(e.slice(0,4))&&!t.has(s))&&await a(e,s=>{for(let n of s)i.has(n.id)&&t.set(n.id,n.name||n.id)},()=>[...i].every(s=>t.has(s)||!s.startsWith(e.slice(0,4))));return t}export{c as a};

@@ -1,0 +1,1 @@
+import{y as a}from"./chunk-SGFG5XMR.js";async function c(r){let t=new Map,i=new Set(r);for(let e of["meshes","surfaces"])[...i].some(s=>s.startsWith(e.slice(0,4))&&!t.has(s))&&await a(e,s=>{for(let n of s)i.has(n.id)&&t.set(n.id,n.name||n.id)},()=>[...i].every(s=>t.has(s)||!s.startsWith(e.slice(0,4))));return t}export{c as a};
