@@ -15,9 +15,8 @@
 #include <string.h>
 
 #define PULLED_DECREASE 3e-3
-/* Parts of the objective: a round that gains less, or steps of the moving surface's domain after
-   those of the template's, has no further one after it. */
-#define ROUND_GAIN 5e-3
+/* Of the objective: a round whose steps of the moving surface's domain gain less has no further one
+   after it. */
 #define ALTERNATE_GAIN 4e-3
 #define STEPS_MAX ((size_t)120) /* of a degree; common poses may need 100 to come to rest */
 
@@ -287,8 +286,9 @@ static int find_delta(struct climb *c, const struct tabulated_moving *pulled, co
 }
 
 /* gamma <- gamma o delta, delta by steps of the surface that is pulled back along gamma. The cloud
-   holds the points of the new gamma afterwards, in any case. */
-static int climb_pulled(struct climb *c, struct search_result *result)
+   holds the points of the new gamma afterwards, in any case. *before: the objective of gamma, or
+   INFINITY where it is not known: then it becomes what the table says. */
+static int climb_pulled(struct climb *c, double *before, struct search_result *result)
 {
     const struct search *s = c->search;
     size_t k = registration_unknowns(c->top);
@@ -296,15 +296,16 @@ static int climb_pulled(struct climb *c, struct search_result *result)
     struct srnf_warp delta = {0};
     struct tabulated_moving pulled = {0};
     double *matrix = srnf_alloc(k * k, sizeof(double));
-    double before = 0.0;
+    double tabulated = 0.0;
     int status = matrix ? SRNF_OK : SRNF_ENOMEM;
 
     status = status
                  ? status
                  : tabulated_moving_pull(&pulled, &s->subject->full, chain, s->tools, s->context);
     status = status ? status : tabulated_matrix(&pulled, c->top, s->context, matrix);
-    status = status ? status : find_delta(c, &pulled, matrix, &delta, &before, result);
-    if (status == SRNF_OK && !(c->cloud.objective < before)) {
+    status = status ? status : find_delta(c, &pulled, matrix, &delta, &tabulated, result);
+    *before = isinf(*before) ? tabulated : *before;
+    if (status == SRNF_OK && !(c->cloud.objective < *before)) {
         /* gamma is too steep for the table: it stays. */
         cloud_rotate(&c->cloud, &c->target, identity);
         status = push(c, chain);
@@ -369,15 +370,17 @@ int climb_run(const struct search *s, size_t from, bool replayed, struct search_
         status = climb_rungs(&c, from, rounds == 0 && !s->basin ? degree : basin, result);
     }
     for (size_t k = 0; k < rounds && goes_on && status == SRNF_OK; k++) {
-        double before = c.cloud.objective;
+        double before = replayed || k > 0 ? c.cloud.objective : INFINITY;
         double pulled;
 
-        status = is_forward(&result->warp.chain) ? climb_pulled(&c, result) : SRNF_OK;
+        if (is_forward(&result->warp.chain)) {
+            status = climb_pulled(&c, &before, result);
+        }
         pulled = c.cloud.objective;
         if (status == SRNF_OK) {
             status = climb_rungs(&c, basin < degree ? basin : degree - 1, degree, result);
         }
-        goes_on = c.cloud.objective < (1.0 - ROUND_GAIN) * before &&
+        goes_on = c.cloud.objective < (1.0 - s->round_gain) * before &&
                   c.cloud.objective < (1.0 - ALTERNATE_GAIN) * pulled;
     }
     result->carried = !replayed;

@@ -7,7 +7,7 @@
  * searches can be done on other machines (srnf_context.search).
  */
 #include "landmarks.h"
-#include "tabulated.h"
+#include "tournament.h"
 
 #include <math.h>
 #include <string.h>
@@ -89,6 +89,30 @@ int registration_to_field(const struct srnf_sht *sht, const double *field, doubl
         return landmarks_fail(&guide, error);
     }
     return status ? srnf_fail(error, status, -1, "%s", srnf_strerror(status)) : SRNF_OK;
+}
+
+int registration_basin(const struct srnf_sht *sht, const double *field, double norm2,
+                       const double *moving, const struct srnf_register_options *options,
+                       struct tabulated_tools *tools, const struct srnf_context *context,
+                       struct srnf_warp *chain)
+{
+    struct search_result result = {.iterations = 0};
+    struct search search;
+    int status = search_create(&search, sht, field, NULL, moving, options, NULL, tools, context);
+
+    *chain = (struct srnf_warp){0};
+    if (status) {
+        return status;
+    }
+    search.full.target.norm2 = norm2;
+    status = tournament_run(&search, &result);
+    search_clear(&search);
+    if (status == SRNF_OK) {
+        *chain = result.warp.chain;
+        result.warp.chain = (struct srnf_warp){0};
+    }
+    search_result_clear(&result);
+    return srnf_is_canceled(context) ? SRNF_ECANCELED : status;
 }
 
 /* Rotation and chain alone. */

@@ -13,10 +13,11 @@
  * taken only where the objective hardly rises, and where no area shrinks below what is safe between
  * the nodes.
  *
- * Where a long chain goes too far for one step, each half of its links is fitted by itself.
+ * Where a long chain goes too far for one step, each half of its links is fitted by itself, and
+ * where that fails, too, each quarter of a longer one.
  *
- * Cost: one transposed gradient transform, one table of a field, and a move of the points; of
- * halves, twice as much, and once more along the chain.
+ * Cost: one transposed gradient transform, one table of a field, and a move of the points; of parts,
+ * as much for each, and once more along the chain.
  */
 #include "tournament.h"
 
@@ -25,9 +26,10 @@
 
 #define FAR_COSINE (-0.5) /* a node that goes further from its rotated place: no fit */
 #define DEGREE_ABOVE ((size_t)8)
-#define LEAST_JACOBIAN 0.1        /* of the step at the nodes */
-#define LINKS_HALVED ((size_t)12) /* at least: of a chain whose halves are fitted */
-#define HALVES_WORSE 2.0          /* times what one step may raise the objective by */
+#define LEAST_JACOBIAN 0.1     /* of the step at the nodes */
+#define LINKS_PART ((size_t)6) /* at least: of a chain for each part that is fitted by itself */
+#define PARTS_MAX ((size_t)4)
+#define PARTS_WORSE 2.0 /* times what one step may raise the objective by */
 
 /* Along a chain, to where it is fitted, and where the points are not kept. */
 const struct field_table refit_rough = {4, 3.5};
@@ -167,20 +169,20 @@ static bool find_fit(const struct refit *r, const struct tabulated_target *targe
     return true;
 }
 
-/* The fits of a chain's parts, appended to *fit: each from the identity. A chain of a common pose
+/* The fits of so many parts of a chain, appended to *fit: each from the identity. A chain of a common pose
    has no rotation but the identity that it begins with. */
 static int fit_parts(const struct refit *r, const struct tabulated_problem *problem,
-                     const struct srnf_warp *chain, struct cloud *spare, struct srnf_warp *fit,
-                     bool *fits)
+                     const struct srnf_warp *chain, size_t parts, struct cloud *spare,
+                     struct srnf_warp *fit, bool *fits)
 {
     bool still = warp_is_still(chain);
-    size_t half = chain->n_links / 2;
     int status = SRNF_OK;
 
     *fits = true;
-    for (size_t part = 0; part < 2 && *fits && status == SRNF_OK; part++) {
-        const struct srnf_warp links = {.links = chain->links + (part ? half : 0),
-                                        .n_links = part ? chain->n_links - half : half};
+    for (size_t part = 0; part < parts && *fits && status == SRNF_OK; part++) {
+        size_t first = part * chain->n_links / parts;
+        const struct srnf_warp links = {.links = chain->links + first,
+                                        .n_links = (part + 1) * chain->n_links / parts - first};
         double rotation[9];
 
         cloud_rotate(spare, problem->target, identity);
@@ -274,15 +276,15 @@ static int refit_whole(const struct refit *r, const struct tabulated_problem *pr
     return status;
 }
 
-static int refit_halves(const struct refit *r, const struct tabulated_problem *problem,
-                        double worse, struct cloud *cloud, struct cloud *spare,
-                        struct srnf_warp *chain, bool *taken)
+static int refit_parts(const struct refit *r, const struct tabulated_problem *problem, size_t parts,
+                       double worse, struct cloud *cloud, struct cloud *spare,
+                       struct srnf_warp *chain, bool *taken)
 {
     struct srnf_warp fit = {0};
     bool fits;
     int status = begin_fit(warp_is_still(chain), &fit);
 
-    status = status ? status : fit_parts(r, problem, chain, spare, &fit, &fits);
+    status = status ? status : fit_parts(r, problem, chain, parts, spare, &fit, &fits);
     if (status == SRNF_OK && fits) {
         status = take(r, problem, worse, cloud, spare, &fit, chain, taken);
     }
@@ -301,9 +303,11 @@ int warp_refit(const struct tabulated_problem *problem, const struct nodes_of *g
     if (status == SRNF_OK) {
         status = refit_whole(&r, problem, terms->worse, cloud, spare, chain, &taken);
     }
-    if (status == SRNF_OK && !taken && chain->n_links >= LINKS_HALVED) {
-        status =
-            refit_halves(&r, problem, HALVES_WORSE * terms->worse, cloud, spare, chain, &taken);
+    for (size_t parts = 2;
+         parts <= PARTS_MAX && !taken && chain->n_links >= LINKS_PART * parts && status == SRNF_OK;
+         parts *= 2) {
+        status = refit_parts(&r, problem, parts, PARTS_WORSE * terms->worse, cloud, spare, chain,
+                             &taken);
     }
     close_refit(&r);
     return status;

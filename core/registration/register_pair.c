@@ -17,8 +17,11 @@
 #include <string.h>
 
 #define SWAPS 2
-#define ROUNDS ((size_t)2) /* at most, of steps in both domains in turn, for the better way */
-#define SHARE_WAY 0.45     /* of the progress: one of the two searches */
+#define ROUNDS ((size_t)2) /* of steps in both domains in turn, at most */
+/* Parts of the objective: a first round that gains less is the last one. */
+#define ROUND_GAIN 0.12
+#define ROUND_GAIN_BOTH 0.06
+#define SHARE_WAY 0.45 /* of the progress: one of the two searches */
 
 static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
@@ -59,6 +62,10 @@ int register_one_way(const struct call *c, const double *q_template, const doubl
         return status;
     }
     search.landmarks = c->landmarks;
+    if (search.rounds > 0) {
+        search.rounds = ROUNDS;
+        search.round_gain = ROUND_GAIN;
+    }
     *result = (struct search_result){0};
     status = chain ? search_continue(&search, chain, result) : search_run(&search, result);
     status = status ? status : search_extremes(&search, result);
@@ -174,7 +181,9 @@ static int search_pair(const struct call *c, struct pair *pair)
         pair->gap = fmax(a, b) > 0.0 ? fabs(a - b) / fmax(a, b) : 0.0;
         pair->worst = registration_worse_stop(results[0].warp.stopped, results[1].warp.stopped);
         searches[best].basin = false;
-        status = search_refine(&searches[best], ROUNDS, &results[best]);
+        searches[best].rounds = ROUNDS;
+        searches[best].round_gain = ROUND_GAIN_BOTH;
+        status = search_refine(&searches[best], &results[best]);
         status = status ? status : search_extremes(&searches[best], &results[best]);
     }
     if (status == SRNF_OK) {

@@ -265,6 +265,7 @@ struct search {
     struct subject *own;               /* the same, where they were made for this search */
     struct tabulated_tools *tools;     /* of its thread, or NULL */
     size_t rounds;                     /* of steps in both domains in turn, at most */
+    double round_gain;                 /* of the objective, by a round that has another after it */
     bool basin;                        /* by tables: no further than where the basin is known */
     bool chain;                        /* nothing but the chain and the rotation is asked for */
     struct landmark_search *landmarks; /* landmarks.h; NULL: none, as search_create leaves it */
@@ -293,8 +294,8 @@ struct search_result {
 };
 /* From nothing: global start, then the fields by rising degree. */
 SRNF_CHECKED int search_run(const struct search *search, struct search_result *result);
-/* On from what a search by tables has found, for so many rounds. */
-SRNF_CHECKED int search_refine(struct search *search, size_t rounds, struct search_result *result);
+/* On from what a search by tables has found, for the rounds that search says now. */
+SRNF_CHECKED int search_refine(const struct search *search, struct search_result *result);
 /* From a chain that is known: the fields alone. */
 SRNF_CHECKED int search_continue(const struct search *search, const struct srnf_warp *chain,
                                  struct search_result *result);
@@ -358,6 +359,13 @@ SRNF_CHECKED int registration_to_field(const struct srnf_sht *sht, const double 
                                        struct tabulated_tools *tools,
                                        const struct srnf_context *context, struct warp *found,
                                        struct srnf_error *error);
+/* Where the tournament of such a search ends, a chain near the best warp: a third of the search or
+   less. */
+SRNF_CHECKED int registration_basin(const struct srnf_sht *sht, const double *field, double norm2,
+                                    const double *moving,
+                                    const struct srnf_register_options *options,
+                                    struct tabulated_tools *tools,
+                                    const struct srnf_context *context, struct srnf_warp *chain);
 /* A surface as it is registered by a chain: gamma [n][3] and J [n] at the nodes of the grid of sht,
    O sqrt(J) q(gamma), [3][n], and O f(gamma), [3][n], or NULL (field.c). */
 SRNF_CHECKED int registration_lay(const struct srnf_sht *sht,

@@ -330,13 +330,12 @@ int search_run(const struct search *s, struct search_result *result)
     return status;
 }
 
-int search_refine(struct search *s, size_t rounds, struct search_result *result)
+int search_refine(const struct search *s, struct search_result *result)
 {
     int status = SRNF_OK;
 
     if (s->options->reparameterization && !s->options->exact && !s->landmarks &&
         result->warp.energy >= DIRECT_ENERGY) {
-        s->rounds = rounds;
         status = climb_run(s, s->options->degree, true, result);
         if (status == SRNF_OK && result->warp.energy < DIRECT_ENERGY) {
             status = climb_again(s, result);
