@@ -15,10 +15,12 @@
  *      (mean_change.c), or G has twice in a row fallen by less than that part of itself. Very
  *      different surfaces end the second way: their warps can be refined without end, each time
  *      for less
- *   6. mu is inverted once, from the average of the registered surfaces (mean_surface.c)
+ *   6. every subject is looked at once more from nothing (mean_anew.c); if any lies better in
+ *      another basin, on from 4
+ *   7. mu is inverted once, from the average of the registered surfaces (mean_surface.c)
  *
  * G never rises. No inversion happens inside the loop: mu need not be the SRNF of any surface, and
- * how far it is from one is told as the relative energy of step 6. Where nothing is registered one
+ * how far it is from one is told as the relative energy of step 7. Where nothing is registered one
  * iteration is exact; where the domain is only rotated, step 2 is all there is.
  *
  * Between iterations the state is mu, the centre, and O_i and a chain for each subject: that is
@@ -167,16 +169,29 @@ static bool is_flat(const struct mean_run *run, size_t k, double tolerance)
     return before - run->history[k].objective < tolerance * before;
 }
 
+/* Since subjects were last moved elsewhere. */
 static bool is_converged(const struct mean_run *run, double tolerance)
 {
     size_t last = run->iterations - 1;
 
-    if (run->iterations == 0) {
+    if (run->iterations == run->anew) {
         return false;
     }
     return run->history[last].change <= tolerance ||
-           (mean_is_warped(run) && last >= 2 && is_flat(run, last, tolerance) &&
+           (mean_is_warped(run) && last >= run->anew + 2 && is_flat(run, last, tolerance) &&
             is_flat(run, last - 1, tolerance));
+}
+
+/* Whether another iteration is due; subjects of a mean at rest are looked at before. */
+static int goes_on(struct mean_run *run, const struct srnf_mean_options *options, bool *on,
+                   struct srnf_error *error)
+{
+    *on = run->iterations < options->max_iterations;
+    if (!*on || !is_converged(run, options->tolerance)) {
+        return SRNF_OK;
+    }
+    *on = mean_looks_anew(run);
+    return *on ? mean_look_anew(run, progress_of(run), on, error) : SRNF_OK;
 }
 
 static int iterate_all(struct mean_run *run, const struct srnf_mean_options *options,
@@ -184,10 +199,10 @@ static int iterate_all(struct mean_run *run, const struct srnf_mean_options *opt
 {
     double start = srnf_seconds(run->context);
     double before = run->iterations > 0 ? run->history[run->iterations - 1].seconds : 0.0;
-    int status = SRNF_OK;
+    bool on;
+    int status = goes_on(run, options, &on, error);
 
-    while (status == SRNF_OK && run->iterations < options->max_iterations &&
-           !is_converged(run, options->tolerance)) {
+    while (status == SRNF_OK && on) {
         status = iterate(run, 0.0, error);
         if (status == SRNF_OK) {
             run->history[run->iterations - 1].seconds = before + srnf_seconds(run->context) - start;
@@ -199,6 +214,7 @@ static int iterate_all(struct mean_run *run, const struct srnf_mean_options *opt
         if (status == SRNF_OK && srnf_is_canceled(run->context)) {
             status = SRNF_ECANCELED;
         }
+        status = status ? status : goes_on(run, options, &on, error);
     }
     return status;
 }

@@ -131,7 +131,10 @@ void srnf_mean_clear(struct srnf_mean *mean);
  * Karcher mean (the paper, Algorithm 2): register all to the mean SRNF, average, keep the
  * parameterization centred, repeat; one inversion at the end. Starts from the medoid of the
  * unregistered distances, in groups above 500 that of some 500 of them at equal steps, or from the
- * plain mean in a common pose. Subjects run in parallel. Fields
+ * plain mean in a common pose. At rest, unless in a common pose or guided by landmarks, all are
+ * sought once more from nothing, and those that lie better another way round are turned
+ * (core/stats/mean_anew.c): the mean of nearly symmetric surfaces would depend on their poses.
+ * Subjects run in parallel. Fields
  * of warps are sought on a grid that their degree cannot overfit, however coarse that of sht is.
  * The registration's representation is the SRNF.
  * Landmarks are those of the mean and of each surface: the mean's lie where the squared angles to
