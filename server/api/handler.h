@@ -149,6 +149,8 @@ int accept_best(const struct api_request *request, const char *const *media_type
 /* ---- Records of what is stored, as JSON (meshes.c, surfaces_record.c, jobs_record.c) --------- */
 
 json_t *mesh_record(const struct store_mesh *mesh);
+/* Whether its report has transform-not-applied. */
+bool mesh_untransformed(const struct store_mesh *mesh);
 /* The stored report of a mesh as it reads today (new reference), or NULL (mesh_report.c). */
 json_t *mesh_report_load(const struct store_mesh *mesh);
 /* Whether a stored mesh cannot be analysed, and the first reason with its element. */

@@ -66,6 +66,25 @@ static json_t *summary_of(const struct import *import, const struct store_cohort
     return summary;
 }
 
+/* What the reports of meshes have of transforms. */
+static void warn_untransformed(const struct import *import, json_t *warnings)
+{
+    const char *first = NULL;
+    size_t count = 0;
+
+    for (size_t i = 0; i < import->n_files; i++) {
+        const struct import_file *file = &import->files[i];
+
+        if (!file->refused && file->untransformed) {
+            first = first ? first : file->id;
+            count++;
+        }
+    }
+    if (count > 0) {
+        warning_untransformed(warnings, first, count);
+    }
+}
+
 void import_respond_taken(struct import *import, const struct store_cohort *cohort, bool created)
 {
     json_t *answer = json_object(), *meshes = json_array(), *volumes = json_array();
@@ -83,6 +102,7 @@ void import_respond_taken(struct import *import, const struct store_cohort *coho
     if (import->table_path) {
         study_table_warn(&import->table, warnings);
     }
+    warn_untransformed(import, warnings);
     (void)json_object_set_new(answer, "meshes", meshes);
     (void)json_object_set_new(answer, "volumes", volumes);
     (void)json_object_set_new(answer, "cohort",

@@ -199,6 +199,7 @@ static void keep_mesh(struct import *import, struct store_mesh *row, bool held,
     memcpy(file->id, row->id, sizeof file->id);
     row->owner = call_owner(import->call); /* its name outlives the batch */
     file->answer = answer_of(given->path, row, held);
+    file->untransformed = mesh_untransformed(row);
     file->put = store_batch_count(import->batch);
     status = store_batch_add_mesh(import->batch, row, given->bytes, &kept);
     note_put(import, file, given, status, kept);

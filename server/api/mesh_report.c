@@ -132,10 +132,7 @@ static json_t *report_json(const struct srnf_mesh_report *report, const struct s
         warning_shape(warnings_of(document), NULL, 1, report->area, report->volume);
     }
     if (info && info->transform_ignored) {
-        warning_add(warnings_of(document), "transform-not-applied", NULL,
-                    "The file has a CoordinateSystemTransformMatrix that turns, scales or reflects "
-                    "its points into another space. They are taken as they stand in the file. "
-                    "Where the other space is meant, apply the matrix before.");
+        warning_untransformed(warnings_of(document), NULL, 1);
     }
     return document;
 }
@@ -166,6 +163,7 @@ int mesh_examine(struct compute_prepared *mesh, const struct srnf_mesh_read_info
         return kernel;
     }
     report = mesh->report;
+    mesh->untransformed = info && info->transform_ignored;
     if (kernel == SRNF_EDEGENERATE) {
         add_degenerate(&report);
     }
@@ -198,6 +196,22 @@ json_t *mesh_report_load(const struct store_mesh *mesh)
 
     renew(report);
     return report;
+}
+
+bool mesh_untransformed(const struct store_mesh *mesh)
+{
+    json_t *report = mesh_report_load(mesh), *entry;
+    bool found = false;
+    size_t i;
+
+    json_array_foreach(json_object_get(report, "warnings"), i, entry)
+    {
+        const char *code = json_string_value(json_object_get(entry, "code"));
+
+        found = found || (code && strcmp(code, "transform-not-applied") == 0);
+    }
+    json_decref(report);
+    return found;
 }
 
 /* Whether a sentence of a problem says which face or vertex its first is. */

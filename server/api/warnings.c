@@ -171,6 +171,23 @@ void warning_coarse(json_t *warnings, const char *mesh, double coarseness)
                 mesh ? mesh : "the mesh", coarseness);
 }
 
+void warning_untransformed(json_t *warnings, const char *mesh, size_t count)
+{
+    json_t *figures =
+        mesh ? json_pack("{s:s, s:I}", "mesh", mesh, "count", (json_int_t)count) : NULL;
+    char others[40] = "";
+
+    if (count > 1) {
+        (void)snprintf(others, sizeof others, " (and of %zu more)", count - 1);
+    }
+    warning_add(
+        warnings, "transform-not-applied", figures,
+        "The file%s%s%s has a CoordinateSystemTransformMatrix that turns, scales or reflects "
+        "its points into another space. They are taken as they stand in the file. "
+        "Where the other space is meant, apply the matrix before.",
+        mesh ? " of " : "", mesh ? mesh : "", others);
+}
+
 enum warning_shape warning_shape_of(double area, double volume)
 {
     double ratio = volume / (area * sqrt(area));

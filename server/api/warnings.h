@@ -27,6 +27,9 @@ void warnings_merge(json_t *warnings, const json_t *from);
 void warnings_put(json_t *document, json_t *from);
 /* coordinates-coarse, of a mesh by its id, or of the mesh that is spoken of where that is NULL. */
 void warning_coarse(json_t *warnings, const char *mesh, double coarseness);
+/* transform-not-applied, of `count` meshes of which this is the first, or of the mesh that is
+   spoken of where that is NULL. */
+void warning_untransformed(json_t *warnings, const char *mesh, size_t count);
 
 /*
  * What a surface encloses, by its isoperimetric quotient 36 pi V^2 / A^3: 1 for the sphere, below 1

@@ -22,19 +22,21 @@
 #include "tasks/tasks.h"
 
 /* Is the surface still the mesh? If not the job fails; if just about, there is a doubt. */
-static int judge(const struct compute_encode_inputs *inputs, const struct srnf_mesh_report *report,
-                 const struct srnf_encoded *encoded, struct compute_doubt *doubt,
-                 struct jobs_result *result)
+static int judge(const struct compute_encode_inputs *inputs,
+                 const struct compute_prepared *prepared, const struct srnf_encoded *encoded,
+                 struct compute_doubt *doubt, struct jobs_result *result)
 {
+    const struct srnf_mesh_report *report = &prepared->report;
     const struct srnf_judgement *j = &doubt->doubt.judgement;
 
-    *doubt = (struct compute_doubt){
-        .doubt = {.degree = encoded->degree, .coarseness = report->coarseness}};
+    *doubt = (struct compute_doubt){.doubt = {.degree = encoded->degree,
+                                              .coarseness = report->coarseness,
+                                              .untransformed = prepared->untransformed}};
     (void)snprintf(doubt->doubt.mesh, sizeof doubt->doubt.mesh, "%s", inputs->mesh);
     switch (srnf_encode_judge(encoded, report, inputs->options.smoothing > 0.0,
                               &doubt->doubt.judgement)) {
     case SRNF_FAITHFUL:
-        doubt->any = report->coarseness >= JOBS_COARSE;
+        doubt->any = report->coarseness >= JOBS_COARSE || prepared->untransformed;
         return 0;
     case SRNF_POOR:
         doubt->any = true;
@@ -101,7 +103,7 @@ static int make(struct jobs_run *run, const struct srnf_context *context,
         status = encode_prepared(inputs, &prepared, context, encoded, &error);
         status = status < 0 ? compute_fail(result, status, &error, inputs->mesh) : 0;
         if (status == 0) {
-            status = judge(inputs, &prepared.report, encoded, doubt, result);
+            status = judge(inputs, &prepared, encoded, doubt, result);
             if (status) {
                 srnf_free(encoded->coefficients);
                 *encoded = (struct srnf_encoded){0};

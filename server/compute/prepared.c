@@ -28,7 +28,7 @@
 struct head {
     struct srnf_mesh_report report;
     struct srnf_star kernel;
-    bool kernel_known;
+    bool kernel_known, untransformed;
     bool single[MESHES];
     size_t n_vertices[MESHES], n_faces[MESHES];
 };
@@ -95,6 +95,7 @@ static void keep(struct store *store, const struct store_prepared_key *key,
         return;
     }
     head->report = prepared->report;
+    head->untransformed = prepared->untransformed;
     head->kernel_known = prepared->kernel_known;
     if (prepared->kernel_known) {
         head->kernel = prepared->kernel;
@@ -212,6 +213,7 @@ static int read_value(const unsigned char *value, size_t size, struct compute_pr
         prepared->report = head->report;
         prepared->kernel = head->kernel;
         prepared->kernel_known = head->kernel_known;
+        prepared->untransformed = head->untransformed;
         status = read_mesh(&rest, head, 0, &prepared->mesh);
     }
     if (status == SRNF_OK && head->n_vertices[1] > 0) {
@@ -244,9 +246,11 @@ static int recall(struct store *store, const struct store_prepared_key *key,
 
 /* ---- Making ---------------------------------------------------------------------------------- */
 
-int compute_mesh_read(struct jobs_run *run, const char *id, struct srnf_mesh *mesh,
-                      struct jobs_result *result)
+/* *untransformed: as in struct compute_prepared. */
+static int read_stored(struct jobs_run *run, const char *id, struct srnf_mesh *mesh,
+                       bool *untransformed, struct jobs_result *result)
 {
+    struct srnf_mesh_read_info info = {0};
     struct store *store = jobs_run_store(run);
     struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
     struct store_mesh row = {0};
@@ -264,7 +268,8 @@ int compute_mesh_read(struct jobs_run *run, const char *id, struct srnf_mesh *me
     }
     limits.context = jobs_run_context(run);
     status = srnf_mesh_read(bytes, size, srnf_mesh_format_from_name(row.format), &limits, mesh,
-                            NULL, &error);
+                            &info, &error);
+    *untransformed = status >= 0 && info.transform_ignored;
     if (status < 0) {
         srnf_mesh_clear(mesh);
         status = compute_fail(result, status, &error, id);
@@ -275,11 +280,27 @@ out:
     return status;
 }
 
+int compute_mesh_read(struct jobs_run *run, const char *id, struct srnf_mesh *mesh,
+                      struct jobs_result *result)
+{
+    struct jobs_doubt doubt = {.untransformed = false};
+    int status = read_stored(run, id, mesh, &doubt.untransformed, result);
+
+    if (status == 0 && doubt.untransformed) {
+        (void)snprintf(doubt.mesh, sizeof doubt.mesh, "%s", id);
+        if (!jobs_run_doubt(run, &doubt)) {
+            srnf_mesh_clear(mesh);
+            status = compute_fail(result, SRNF_ENOMEM, NULL, "noting a doubt");
+        }
+    }
+    return status;
+}
+
 /* What was uploaded, read, and mirrored if asked for. */
 static int load(struct jobs_run *run, const char *id, bool mirror, struct srnf_mesh *mesh,
-                struct jobs_result *result)
+                bool *untransformed, struct jobs_result *result)
 {
-    int status = compute_mesh_read(run, id, mesh, result);
+    int status = read_stored(run, id, mesh, untransformed, result);
 
     if (status == 0 && mirror) {
         srnf_mesh_mirror(mesh);
@@ -290,10 +311,12 @@ static int load(struct jobs_run *run, const char *id, bool mirror, struct srnf_m
 static int make(struct jobs_run *run, const struct store_prepared_key *key, bool mirror,
                 struct compute_prepared *prepared, struct jobs_result *result)
 {
-    int kernel_status, status = load(run, key->mesh, mirror, &prepared->mesh, result);
+    bool of_sphere; /* where a sphere lies, and how large it is, says nothing */
+    int kernel_status,
+        status = load(run, key->mesh, mirror, &prepared->mesh, &prepared->untransformed, result);
 
     if (status == 0 && key->sphere[0]) {
-        status = load(run, key->sphere, mirror, &prepared->sphere, result);
+        status = load(run, key->sphere, mirror, &prepared->sphere, &of_sphere, result);
     }
     if (status == 0) {
         status = compute_prepare(prepared, jobs_run_context(run), &kernel_status);

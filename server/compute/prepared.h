@@ -11,6 +11,7 @@ struct compute_prepared {
     struct srnf_mesh mesh;
     struct srnf_mesh sphere;        /* prepared with the mesh (srnf_mesh_prepare_pair); or empty */
     struct srnf_mesh_report report; /* of the mesh */
+    bool untransformed;             /* srnf_mesh_read_info.transform_ignored of the mesh's file */
     bool kernel_known;
     struct srnf_star kernel; /* srnf_star_kernel of the mesh, where it is known */
 };
@@ -36,8 +37,9 @@ void compute_prepared_keep(struct jobs *jobs, struct store *store, const char *o
  */
 int compute_prepared_load(struct jobs_run *run, const char *mesh, const char *sphere, bool mirror,
                           struct compute_prepared *prepared, struct jobs_result *result);
-/* A stored mesh as it was uploaded, whatever its problems. Returns 0, or a negative status with the
-   problem in result, and no mesh. */
+/* A stored mesh as it was uploaded, whatever its problems; a transform of its file that was not
+   applied is a doubt of the run. Returns 0, or a negative status with the problem in result, and no
+   mesh. */
 int compute_mesh_read(struct jobs_run *run, const char *mesh, struct srnf_mesh *read,
                       struct jobs_result *result);
 void compute_prepared_clear(struct compute_prepared *prepared);

@@ -193,13 +193,14 @@ int64_t jobs_run_encodings_limit(const struct jobs_run *run);
 void jobs_run_count_encoding(struct jobs_run *run, bool kept);
 void jobs_run_count_mesh(struct jobs_run *run, bool kept);
 /* A mesh whose encoding is an answer, but a poor one (srnf_encode_judge), or whose coordinates are
-   coarse. */
+   coarse, or not where its file has a transform to. */
 #define JOBS_COARSE 0.1 /* struct srnf_mesh_report: shifts area by some thousandths */
 struct jobs_doubt {
     char mesh[STORE_ID_MAX];
     char surface[STORE_ID_MAX]; /* that the encoding stood in for (compute/bridge.h), or "" */
     size_t degree;
     double coarseness; /* of the mesh */
+    bool untransformed;
     struct srnf_judgement judgement;
 };
 /* Notes it for the results, once for a mesh, surface and degree; from any thread of the run. False

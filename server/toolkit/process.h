@@ -139,9 +139,10 @@ void field_by_digest(json_t *field);
    what the figures say (results.c). */
 void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
                     struct jobs_result *result);
-/* A new array with the warnings of one mesh that was encoded poorly, or is coarse. */
+/* A new array with the warnings of one mesh that was encoded poorly, is coarse, or was not brought
+   to where its file has a transform to. */
 json_t *process_doubt(const struct jobs_doubt *doubt);
-/* A new array with a warning for each mesh that the run encoded poorly, or that is coarse. */
+/* The same of all meshes of the run. */
 json_t *process_doubts(struct jobs_run *run);
 /* Parses the canonical inputs of a run; NULL with the problem set. */
 json_t *process_parse(const char *inputs, struct jobs_result *result);

@@ -70,7 +70,28 @@ json_t *process_doubt(const struct jobs_doubt *doubt)
     json_t *warnings = json_array();
 
     warn_of(warnings, doubt);
+    if (doubt->untransformed) {
+        warning_untransformed(warnings, doubt->mesh, 1);
+    }
     return warnings;
+}
+
+/* One for all meshes: a study has its files from one program. The doubts are sorted by mesh. */
+static void warn_untransformed(json_t *warnings, size_t count, const struct jobs_doubt *doubts)
+{
+    const char *first = NULL, *last = "";
+    size_t meshes = 0;
+
+    for (size_t i = 0; i < count; i++) {
+        if (doubts[i].untransformed && strcmp(doubts[i].mesh, last) != 0) {
+            last = doubts[i].mesh;
+            first = first ? first : last;
+            meshes++;
+        }
+    }
+    if (meshes > 0) {
+        warning_untransformed(warnings, first, meshes);
+    }
 }
 
 json_t *process_doubts(struct jobs_run *run)
@@ -82,6 +103,7 @@ json_t *process_doubts(struct jobs_run *run)
     for (size_t i = 0; i < count; i++) {
         warn_of(warnings, &doubts[i]);
     }
+    warn_untransformed(warnings, count, doubts);
     return warnings;
 }
 

@@ -93,6 +93,37 @@ compare "$(json '.report.warnings[0].figures.coarseness')" '>' 0.5 'with the fig
 execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":8}"
 like "$(json '[.warnings[].code] | join(" ")')" coordinates-coarse 'and in what is computed from it'
 
+# A file that says how to bring its points into another space, where they would be mirrored and smaller.
+gifti() { # HEIGHT: a tetrahedron
+    printf '<GIFTI><DataArray Intent="NIFTI_INTENT_POINTSET" DataType="NIFTI_TYPE_FLOAT32" Encoding="ASCII" '
+    printf 'Dim0="4" Dim1="3"><CoordinateSystemTransformMatrix><MatrixData>-.1 0 0 0 0 .1 0 0 0 0 .1 0 0 0 0 1'
+    printf '</MatrixData></CoordinateSystemTransformMatrix><Data>0 0 0 1 0 0 0 1 0 0 0 %s</Data></DataArray>' "$1"
+    printf '<DataArray Intent="NIFTI_INTENT_TRIANGLE" DataType="NIFTI_TYPE_INT32" Encoding="ASCII" Dim0="4" '
+    printf 'Dim1="3"><Data>0 2 1 0 1 3 1 2 3 0 3 2</Data></DataArray></GIFTI>'
+}
+untransformed() { # [OF]
+    json "[${1-}.warnings[] | select(.code == \"transform-not-applied\") | .figures | \"\(.count) \(.mesh)\"] | join(\" \")"
+}
+mkdir "$SCRATCH/turned"
+gifti 1 >"$SCRATCH/turned/a.gii"
+gifti 2 >"$SCRATCH/turned/b.gii"
+cp "$SCRATCH/tetrahedron.obj" "$SCRATCH/turned"
+(cd "$SCRATCH/turned" && zip -q ../turned.zip ./*)
+post '/v1/imports' --data-binary "@$SCRATCH/turned.zip" --header 'Content-Type: application/zip'
+read -r TURNED AGAIN <<<"$(json '[.meshes[] | select(.format == "gii") | .id] | join(" ")')"
+is "$(untransformed)" "2 $TURNED" 'a transform that was not applied is told at an import'
+get "/v1/meshes/$TURNED"
+is "$(untransformed .report)" 'null null' 'and in the report of the mesh'
+for time in first second; do
+    execute encode "{\"mesh\":\"$TURNED\",\"lmax\":6}"
+    is "$STATUS $(untransformed) $(untransformed .surface)" "200 1 $TURNED 1 $TURNED" \
+        "and in what is computed from it, the $time time"
+done
+execute distances "{\"surfaces\":[\"$AGAIN\",\"$TURNED\"],\"lmax\":6,\"metric\":\"harmonic\"}"
+is "$(untransformed)" "2 $(printf '%s\n' "$TURNED" "$AGAIN" | sort | head -n 1)" 'whichever process encodes'
+execute mirror "{\"mesh\":\"$TURNED\"}"
+is "$(untransformed)" "1 $TURNED" 'and where the mesh itself is changed'
+
 # Where another process encodes the mesh, the doubt is that process's.
 post '/v1/meshes' --data-binary @tests/data/aal_subcortex/L_thalamus.ply
 GOOD=$(json .id)
