@@ -143,6 +143,12 @@ compare "$(json '.warnings[] | select(.code == "landmarks-raise-distance") | .fi
 is "$(json '(.warnings[] | select(.code == "landmarks-raise-distance") | .figures.distance) == .distance')" true 'and with them'
 is "$(json '.truncationError > .distance and ([.warnings[].code] | index("registration-truncated")) == null')" true \
     'a warp that they bend is no reason for a higher degree'
+itself 11,201,401,601
+is "$STATUS $(json '[.warnings[].code] | index("landmarks-raise-distance") != null')" '200 true' \
+    'as are numbers that begin elsewhere, each next to the right one'
+compare "$(json .distance)" '<' 0.05 'where the distance is small with them too'
+itself "$(for at in 10 200 400 600; do vertex L_thalamus "$at" | jq -c '.[0] += 0.3'; done | paste -sd,)"
+is "$STATUS $(json '[.warnings[].code] | index("landmarks-raise-distance")')" '200 null' 'and what is off by the error of a hand is not'
 run geodesic "{\"from\":\"$SA\",\"to\":\"$SA\",\"steps\":2,\"landmarks\":{\"from\":[10,200,400,600],\"to\":[200,10,400,600],\"weight\":5}}"
 is "$(json '[.warnings[].code] | index("landmarks-raise-distance") != null')" true 'of a geodesic as well'
 
