@@ -42,7 +42,23 @@ static void fold(const char *text, char folded[TEXT_MAX])
     folded[length] = '\0';
 }
 
-void alike_add(json_t *collection, const char *text)
+/* Takes the zeros before whole numbers away. */
+static void drop_zeros(char *folded)
+{
+    size_t length = 0;
+    char last = '\0';
+
+    for (const char *at = folded; *at; at++) {
+        bool leads = *at == '0' && !isdigit((unsigned char)last) && last != '.';
+
+        if (!leads || !isdigit((unsigned char)at[1])) {
+            last = folded[length++] = *at;
+        }
+    }
+    folded[length] = '\0';
+}
+
+static void add(json_t *collection, const char *text, bool subject)
 {
     char folded[TEXT_MAX];
     json_t *own;
@@ -52,6 +68,9 @@ void alike_add(json_t *collection, const char *text)
         return;
     }
     fold(text, folded);
+    if (subject) {
+        drop_zeros(folded);
+    }
     own = json_object_get(collection, folded);
     if (!own) {
         own = json_array();
@@ -64,6 +83,16 @@ void alike_add(json_t *collection, const char *text)
     if (i == json_array_size(own)) {
         (void)json_array_append_new(own, json_string(text));
     }
+}
+
+void alike_add(json_t *collection, const char *text)
+{
+    add(collection, text, false);
+}
+
+void alike_add_subject(json_t *collection, const char *text)
+{
+    add(collection, text, true);
 }
 
 json_t *alike_found(json_t *collection)
@@ -110,6 +139,27 @@ void alike_warn(json_t *warnings, const char *of, const json_t *found)
                     "group of its own. Write them in one way if they mean the same.",
                     of, quoted);
     }
+}
+
+void alike_warn_subjects(json_t *warnings, json_t *collection)
+{
+    json_t *found = alike_found(collection), *texts = json_array_get(found, 0);
+    size_t count = json_array_size(found);
+    char quoted[80 * QUOTED_MAX], others[48] = "";
+
+    if (found) {
+        alike_quote(texts, quoted, sizeof quoted);
+        if (count > 1) {
+            (void)snprintf(others, sizeof others, ", and so %zu more", count - 1);
+        }
+        warning_add(warnings, "subjects-alike",
+                    json_pack("{s:O, s:I}", "texts", texts, "count", (json_int_t)count),
+                    "Subjects differ in case, white space or zeros before a number alone: %s%s. "
+                    "Each counts as a subject of its own. Write them in one way if they are the "
+                    "same.",
+                    quoted, others);
+    }
+    json_decref(found);
 }
 
 json_t *alike_missing(const json_t *texts)

@@ -11,10 +11,16 @@
 /* Takes a text into a collection, a JSON object. Texts are alike where they differ in nothing but
    the case of letters from A to Z and white space, at their ends or within. */
 void alike_add(json_t *collection, const char *text);
+/* The same of the name of a subject, where zeros before a number make no difference either:
+   "sub-01" and "Sub-1". */
+void alike_add_subject(json_t *collection, const char *text);
 /* What is alike in it: [[texts], ..], each of two or more; NULL: nothing. New reference. */
 json_t *alike_found(json_t *collection);
 /* The warning labels-alike for each of what was found; of: a covariate, or "label". */
 void alike_warn(json_t *warnings, const char *of, const json_t *found);
+
+/* The warning subjects-alike for what is alike in a collection of subjects. */
+void alike_warn_subjects(json_t *warnings, json_t *collection);
 
 /* Those of an array of texts that other programs write for what is missing, as "NA" and "?"; NULL:
    none. New reference. */

@@ -42,8 +42,8 @@ enum delimited_status study_table_read(const void *text, size_t size, const char
 void study_table_clear(struct study_table *table);
 
 /* Adds warnings to the array: of covariates that are text because of few cells or of a unit
-   (column-is-text), of texts that may be meant to be the same (labels-alike), and of a table
-   without labels (no-label-column). */
+   (column-is-text), of texts that may be meant to be the same (labels-alike, subjects-alike),
+   and of a table without labels (no-label-column). */
 void study_table_warn(const struct study_table *table, json_t *warnings);
 /* The columns with what their cells are read as, and how many say nothing:
    [{"name", "kind", "missing"}] (new reference). */

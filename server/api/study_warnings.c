@@ -100,6 +100,21 @@ static void warn_of_texts(const struct study_table *table, size_t column, json_t
     json_decref(collection);
 }
 
+static void warn_of_subjects(const struct study_table *table, json_t *warnings)
+{
+    json_t *collection = json_object();
+
+    for (size_t i = 0; i < table->cells.rows && table->subject != STUDY_NO_COLUMN; i++) {
+        const char *cell = delimited_cell(&table->cells, i, table->subject);
+
+        if (!study_cell_is_empty(cell)) {
+            alike_add_subject(collection, cell);
+        }
+    }
+    alike_warn_subjects(warnings, collection);
+    json_decref(collection);
+}
+
 void study_table_warn(const struct study_table *table, json_t *warnings)
 {
     for (size_t i = 0; i < table->cells.columns; i++) {
@@ -110,6 +125,7 @@ void study_table_warn(const struct study_table *table, json_t *warnings)
             warn_of_texts(table, i, warnings);
         }
     }
+    warn_of_subjects(table, warnings);
     for (size_t i = 0; i < table->cells.columns; i++) {
         if (table->strays[i].others > 0 && !study_table_is_text(table, i)) {
             warn_of_strays(table, i, warnings);

@@ -63,6 +63,7 @@ static const char *const codes[] = {
     "slope-reversed",
     "spans-differ",
     "spreads-differ",
+    "subjects-alike",
     "surface-flat",
     "surface-inside-out",
     "topology-changed",

@@ -147,6 +147,22 @@ void giveaways_warn_labels(const json_t *inputs, json_t *document)
     json_decref(collection);
 }
 
+void giveaways_warn_subjects(const json_t *inputs, json_t *document)
+{
+    const json_t *subjects = json_object_get(json_object_get(inputs, "cohort"), "subjects");
+    json_t *collection = json_object(), *subject;
+    size_t i;
+
+    json_array_foreach(subjects, i, subject)
+    {
+        if (json_is_string(subject)) {
+            alike_add_subject(collection, json_string_value(subject));
+        }
+    }
+    alike_warn_subjects(warnings_of(document), collection);
+    json_decref(collection);
+}
+
 void giveaways_warn(const json_t *inputs, json_t *document)
 {
     const json_t *cohort = json_object_get(inputs, "cohort");

@@ -14,6 +14,10 @@ void giveaways_warn(const json_t *inputs, json_t *document);
    most likely meant to be the same. The levels of a formula are told of by outliers_warn_design. */
 void giveaways_warn_labels(const json_t *inputs, json_t *document);
 
+/* Adds the warning subjects-alike where subjects of a cohort have names that differ in spelling
+   alone. */
+void giveaways_warn_subjects(const json_t *inputs, json_t *document);
+
 struct giveaway {
     double value;
     size_t label;

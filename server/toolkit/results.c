@@ -119,6 +119,7 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
     outliers_warn(inputs, document);
     giveaways_warn(inputs, document);
     giveaways_warn_labels(inputs, document);
+    giveaways_warn_subjects(inputs, document);
     answers_warn(inputs, document);
     warnings_merge(warnings_of(document), doubts);
     json_decref(doubts);

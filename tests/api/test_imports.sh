@@ -119,6 +119,11 @@ like "$(json '.warnings[0].detail')" 'the unit "y" stands behind its numbers: "4
 strays Mild 'mild ' severe severe severe severe severe severe severe severe >"$SCRATCH/strays.json"
 is "$(json_in_order '.warnings[] | select(.code == "labels-alike") | .figures | tojson')" '{"of":"age","texts":["Mild","mild"]}' \
     'and texts that differ in case or white space alone'
+printf 'file,label,subject\nw1.off,a,01\nw2.off,b,1\nw3.off,b,2\n' >"$SCRATCH/mixed/t.csv"
+post /v1/imports -F cohort=spelt -F "file=@$SCRATCH/mixed/t.csv" -F "file=@$SCRATCH/mixed/w1.off" \
+    -F "file=@$SCRATCH/mixed/w2.off" -F "file=@$SCRATCH/mixed/w3.off"
+is "$(json_in_order '[.warnings[] | [.code, .figures]] | tojson')" '[["subjects-alike",{"texts":["01","1"],"count":1}]]' \
+    'and subjects that differ so, or in zeros before a number'
 is "$(strays 41 - - - - 43)" '[["age",3,["-"],2,4]]' 'so are many that stand for nothing'
 is "$(strays 41 old young 43)" '[["age",3,["old","young"],2,2]]' 'so is a column of which half are numbers'
 is "$(strays 0 left 0 right 0 up 0 down)" '[]' 'but not where they are the same number'

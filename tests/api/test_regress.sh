@@ -234,6 +234,12 @@ is "$(json '.inputs.cohort.design | has("alike")')" false 'as warnings alone'
 execute compare-groups '{"cohort":"alike","register":false,"permutations":9}'
 is "$STATUS $(json_in_order '[.warnings[] | select(.code == "labels-alike") | .figures] | tojson')" \
     '200 [{"of":"label","texts":["Patient"," patient"]}]' 'and labels that are compared'
+post_json /v1/cohorts "{\"name\":\"twice\",\"members\":$(jq -c 'to_entries | map(.key as $i | .value
+    | .subject = (["sub-01", "Sub-01", "sub-1", "s10", "s 10", "S1.05", "S1.5"][$i] // "other\($i * 10)"))' <<<"$MEMBERS")}"
+execute compare-groups '{"cohort":"twice","register":false,"permutations":9}'
+is "$STATUS $(json_in_order '[.warnings[] | select(.code == "subjects-alike") | .figures] | tojson')" \
+    '200 [{"texts":["sub-01","Sub-01","sub-1"],"count":2}]' 'and subjects, where zeros before a number are no difference either'
+like "$(json '.warnings[] | select(.code == "subjects-alike") | .detail')" '"sub-01", "Sub-01", "sub-1", and so 1 more' 'in words'
 execute regress '{"cohort":"alike","register":false,"permutations":9,"bootstraps":100,"formula":"shape ~ scanner"}'
 is "$STATUS $(json_in_order '[.warnings[] | select(.code == "level-says-missing") | .figures] | tojson')" \
     '200 [{"of":"scanner","texts":["NA"]}]' 'a level that says that nothing is known is told'
