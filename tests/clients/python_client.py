@@ -37,6 +37,36 @@ def made(process):
     return sum(job.raw["cache"] == "miss" for job in CLIENT.jobs(process=process))
 
 
+class Shown(unittest.TestCase):
+    def test_values(self):
+        """a printed document shows its values, and of what is nested as much as there is room for"""
+        document = srnf.Document({"value": 1 / 3, "interval": [0.25, 0.75], "count": 12, "floor": True, "note": None, "kind": "it's"})
+        self.assertEqual(
+            repr(document),
+            "Document(value=0.333333, interval=[0.25, 0.75], count=12, floor=True, note=None, kind=\"it's\")",
+        )
+        nested = srnf.Document({"accuracy": document.raw, "matrix": 40 * [40 * [0.5]], "text": 500 * "long", "surface": {
+            "id": "surf-1", "name": "left", "area": 1.0}})
+        self.assertRegex(repr(nested), "^Document\\(accuracy={value: 0.333333, interval: ")
+        self.assertIn("matrix=[[0.5, 0.5, 0.5, 0.5, … 36 more], ", repr(nested))
+        self.assertIn("surface=Surface('surf-1', name='left')", repr(nested))
+
+    def test_bound(self):
+        """however much there is, what is printed is bounded, and all members of a result are named"""
+        deep = {"end": 1.0}
+        for _ in range(100):
+            deep = {f"inner{k}": deep for k in range(2)}
+        many = {f"member{k}": [{"a": "x" * 90, "b": deep}] * 50 for k in range(40)}
+        self.assertLess(len(repr(srnf.Document(many))), 2000)
+        self.assertIn("member39", repr(srnf.Document(many)))
+        self.assertLess(len(repr(srnf.Document({f"{k:0100}": k for k in range(10000)}))), 6000)
+        rows = srnf.Rows(srnf.Document({"index": k, **many}) for k in range(1000))
+        self.assertLess(len(repr(rows)), 3000)
+        self.assertRegex(repr(rows), r"^\[Document\(index=0, .*\), Document\(index=1, .*, … 996 more\]$")
+        self.assertEqual(repr(rows[:0]), "[]")
+        self.assertEqual(repr(srnf.Rows([srnf.Document({"a": 1e-9})])), "[Document(a=1e-09)]")
+
+
 class Records(unittest.TestCase):
     def test_mesh(self):
         """a mesh has its report, its bytes come back, and its triangles have its volume"""

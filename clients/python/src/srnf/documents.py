@@ -45,6 +45,56 @@ def numeric(value: Any) -> Optional[NDArray[Any]]:
         return None
 
 
+SHOWN = 900  # characters of a printed document, from where on members are named alone
+NAMED = 40  # members that are named
+VALUE = 160  # characters of a member, up to which what is nested is shown
+LISTED = 4  # entries of a list that are shown
+TEXT = 60  # characters of a text
+
+
+def _more(entries: Any, shown: int = LISTED) -> list[str]:
+    return [f"… {len(entries) - shown} more"] if len(entries) > shown else []
+
+
+def _cut(text: str, length: int = TEXT) -> str:
+    return text if len(text) <= length else text[: length - 1] + "…"
+
+
+def _value(value: Any, depth: int) -> str:
+    """A JSON value in a few words; objects and lists within are opened to this depth."""
+    if isinstance(value, Mapping):
+        from .records import record
+
+        known = record(value, None)
+        if known is not None:
+            return repr(known)
+        if depth == 0:
+            return "{…}" if value else "{}"
+        shown = [f"{_cut(name)}: {_value(value[name], depth - 1)}" for name in list(value)[: 2 * LISTED]]
+        return "{" + ", ".join(shown + _more(value, 2 * LISTED)) + "}"
+    if isinstance(value, list):
+        if depth == 0 and value:
+            return f"[… {len(value)}]"
+        return "[" + ", ".join([_value(one, depth - 1) for one in value[:LISTED]] + _more(value)) + "]"
+    if isinstance(value, float):
+        return f"{value:.6g}" if len(repr(value)) > 8 else repr(value)
+    return repr(_cut(value) if isinstance(value, str) else value)
+
+
+def _members(raw: Mapping[str, Any], room: int) -> str:
+    """``name=value`` of each member, as deep as it is short; where the room ends, names alone."""
+    shown: list[str] = []
+    length = 0
+    for name in list(raw)[:NAMED]:
+        text = _cut(name)
+        if length < room:
+            values = (_value(raw[name], depth) for depth in (3, 2, 1, 0))
+            text += "=" + next((one for one in values if len(one) <= VALUE), "…")
+        shown.append(text)
+        length += len(text) + 2
+    return ", ".join(shown + _more(raw, NAMED))
+
+
 class Document(Mapping[str, Any]):
     """A JSON object: ``document["pValue"]``, ``document.pValue`` and ``document.p_value`` are the same.
 
@@ -77,11 +127,18 @@ class Document(Mapping[str, Any]):
         return [*super().__dir__(), *(name for name in self.raw if name.isidentifier())]
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(self.raw)})"
+        return f"{type(self).__name__}({_members(self.raw, SHOWN)})"
 
 
 class Rows(list[Document]):
     """Objects of one kind. ``columns()`` is what ``pandas.DataFrame`` takes."""
+
+    def __repr__(self) -> str:
+        shown = []
+        for one in self[:LISTED]:
+            short = f"{type(one).__name__}({_members(one.raw, SHOWN // LISTED)})"
+            shown.append(short if type(one).__repr__ is Document.__repr__ else repr(one))
+        return f"[{', '.join(shown + _more(self))}]"
 
     def columns(self) -> dict[str, list[Any]]:
         """A list for each member, nested members as ``outer.inner``; None where a row lacks one."""
