@@ -416,6 +416,16 @@ class Asked(unittest.TestCase):
             self.assertEqual(client.predict("model-x", group), {"model": "model-x", **told})
 
 
+    def test_mirror(self):
+        """mirror takes meshes and surfaces, as such or by their ids"""
+        mesh = CLIENT.upload(NUCLEI / "L_thalamus.ply")
+        surface = CLIENT.encode(mesh, lmax=4).surface
+        image = CLIENT.mirror(surface).surface
+        self.assertTrue(image.mirrored)
+        self.assertEqual(CLIENT.mirror(surface.id).surface.id, image.id)
+        self.assertEqual(CLIENT.mirror(mesh.id).mesh.id, CLIENT.mirror(mesh).mesh.id)
+
+
 class Terminal(io.StringIO):
     def isatty(self):
         return True

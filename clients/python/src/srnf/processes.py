@@ -65,9 +65,10 @@ class Processes:
         """
         return self.run("encode", {"cohort" if isinstance(mesh, Cohort) else "mesh": mesh}, **options)
 
-    def mirror(self, shape: Union[Mesh, Surface], **options: Any) -> Result:
+    def mirror(self, shape: Shape, **options: Any) -> Result:
         """The mirror image of a mesh or surface, in the plane x = 0 or another (``plane``): ``mesh``, ``surface``."""
-        return self.run("mirror", {"surface" if isinstance(shape, Surface) else "mesh": shape}, **options)
+        surface = isinstance(shape, Surface) or (isinstance(shape, str) and shape.startswith("surf-"))
+        return self.run("mirror", {"surface" if surface else "mesh": shape}, **options)
 
     def register(self, template: Shape, moving: Shape, **options: Any) -> Result:
         """``moving`` laid on ``template``: ``surface``, ``distance``, ``rotation`` (3, 3), ``truncationError``.
