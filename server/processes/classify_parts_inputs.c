@@ -161,8 +161,9 @@ static bool check_value(struct process_inputs *given, const json_t *subjects, co
             problem_add(
                 given->list, pointer,
                 "\"%.60s\" of subject \"%.60s\" is the text \"%.60s\", not a number, true or "
-                "false",
-                name, id, json_string_value(value));
+                "false: %s",
+                name, id, json_string_value(value),
+                covariate_text_advice(json_string_value(value)));
             return false;
         }
     }

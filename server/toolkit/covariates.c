@@ -37,6 +37,13 @@ static bool looks_like_number(const char *text)
     return end != text && !*end;
 }
 
+const char *covariate_text_advice(const char *text)
+{
+    return looks_like_number(text)
+               ? "send it as a number, without the quotes"
+               : "code two levels as 0 and 1; formulas, as that of regress, take texts as levels";
+}
+
 /* A covariate that is a text: names the first member whose text cannot be read as a number, or
    else member i. */
 static void refuse_text(struct process_inputs *inputs, const json_t *members, size_t i,
@@ -59,8 +66,8 @@ static void refuse_text(struct process_inputs *inputs, const json_t *members, si
     problem_add(
         inputs->list, pointer,
         "\"%.60s\" of member %zu of the cohort (%.40s) is the text \"%.60s\", not a number, "
-        "true or false",
-        name, i, id ? id : "", text ? text : "");
+        "true or false: %s",
+        name, i, id ? id : "", text ? text : "", covariate_text_advice(text ? text : ""));
 }
 
 static void refuse_value(struct process_inputs *inputs, const json_t *members, size_t i,

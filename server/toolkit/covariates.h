@@ -13,6 +13,8 @@
 #define COVARIATE_MOST 1e50
 #define COVARIATE_TAKEN "numbers from -1e50 to 1e50 are taken"
 bool covariate_takes(double value);
+/* What to do about one that is this text, for the end of a problem. */
+const char *covariate_text_advice(const char *text);
 
 /* Coefficients are of the size of 1 / the spread, and their squares are beyond double precision
    where it is smaller, or larger, than that. */

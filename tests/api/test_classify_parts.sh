@@ -145,7 +145,7 @@ refused '[to_entries[] | .value + {covariates: (.value.covariates + {at: (.key /
     '/inputs/covariates/2 "sum" follows from those before it together' ',"covariates":["age","at","sum"]'
 refused '.[3].covariates.age = 7' '/inputs/covariates "age" differs between the members of subject "s1", which are parts of one: give all the same' ',"covariates":["age"]'
 refused '.[].covariates.age = true | .[3].covariates.age = false' '/inputs/covariates "age" differs between the members of subject "s1"' ',"covariates":["age"]'
-refused '.[6].covariates.age = "old" | .[7].covariates.age = "old"' '/inputs/covariates/0 "age" of subject "s3" is the text "old"' ',"covariates":["age"]'
+refused '.[6].covariates.age = "old" | .[7].covariates.age = "old"' '/inputs/covariates/0 "age" of subject "s3" is the text "old", not a number, true or false: code two levels as 0 and 1' ',"covariates":["age"]'
 refused '.[6].covariates.age = null | .[7].covariates.age = null' '/inputs/covariates/0 subject "s3" has no covariate "age"; the cohort has .*one' ',"covariates":["age"]'
 PROCESS=classify
 refused '.[6].covariates.age = null' '/inputs/covariates/0 member 6 .surf-[0-9a-f]*, of subject "s3". of the cohort has no covariate "age"' \

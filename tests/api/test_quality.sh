@@ -114,9 +114,14 @@ MIXED=$(jq -c '[.[] | .covariates.age |= tostring] | .[3].covariates.age = "old"
 post_json /v1/cohorts "{\"name\":\"mixed\",\"members\":$MIXED}"
 execute compare-groups '{"cohort":"mixed","covariates":["age"]}'
 is_problem 422 invalid-input 'a covariate of texts is refused'
+ADVICE='code two levels as 0 and 1; formulas, as that of regress, take texts as levels'
 is "$(json '.errors[0].detail')" \
-    "\"age\" of member 3 of the cohort ($(jq -r '.[3].id' <<<"$MIXED")) is the text \"old\", not a number, true or false" \
-    'by the first member that is to blame'
+    "\"age\" of member 3 of the cohort ($(jq -r '.[3].id' <<<"$MIXED")) is the text \"old\", not a number, true or false: $ADVICE" \
+    'by the first member that is to blame, with what to do'
+post_json /v1/cohorts "{\"name\":\"quoted\",\"members\":$(jq -c '.[3].covariates.age = "41"' <<<"$MIXED")}"
+execute compare-groups '{"cohort":"quoted","covariates":["age"]}'
+like "$(json '.errors[0].detail')" '^"age" of member 0 .* not a number, true or false: send it as a number, without the quotes$' \
+    'as are numbers in quotes'
 execute compare-groups '{"cohort":"sides","covariates":["one"]}'
 is_problem 422 invalid-input 'a covariate that is the same for all is refused'
 is "$(json '.errors[0] | "\(.pointer) \(.detail)"')" \
