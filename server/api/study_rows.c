@@ -69,6 +69,21 @@ static void set_strictly(json_t *member, const char *name, json_t *value)
     }
 }
 
+/* Of a member of this table: true and false, also as 1 and 0. */
+static void set_mirror(json_t *member, const struct study_table *table, size_t row,
+                       struct problem_list *list)
+{
+    const char *cell =
+        table->mirror == STUDY_NO_COLUMN ? "" : delimited_cell(&table->cells, row, table->mirror);
+
+    if (study_cell_is_boolean(cell) || strcmp(cell, "1") == 0 || strcmp(cell, "0") == 0) {
+        (void)json_object_set_new(member, "mirror",
+                                  json_boolean(*cell == '1' || strcasecmp(cell, "true") == 0));
+    } else if (!study_cell_is_empty(cell)) {
+        problem_add(list, "/mirror", "must be true or false, or 1 or 0, not \"%.40s\"", cell);
+    }
+}
+
 /* The text of a cell that is one whatever it looks like, or NULL. */
 static const char *text_of(const struct study_table *table, size_t row, size_t column)
 {
@@ -130,7 +145,7 @@ json_t *study_table_member(const struct study_table *table, size_t row, const ch
     set_text(given, "subject", text_of(table, row, table->subject));
     set_text(given, "side", study_cell_is_empty(side ? side : "") ? NULL : side_of(side));
     set_strictly(given, "time", strict_value_of(table, row, table->time));
-    set_strictly(given, "mirror", strict_value_of(table, row, table->mirror));
+    set_mirror(given, table, row, list);
     (void)json_object_set_new(given, "covariates", covariates_of(table, row));
     member = cohort_read_member(given, "", list);
     json_decref(given);

@@ -228,6 +228,34 @@ static bool is_column_empty(const struct study_table *table, size_t column)
     return true;
 }
 
+/* No column has the key: names those that there are, and one that begins or ends as it ("filename",
+   "mesh_id") and has no meaning of its own. */
+static bool refuse_keyless(struct study_table *table, const char *key,
+                           char problem[DELIMITED_PROBLEM_MAX])
+{
+    json_t *names = json_object();
+    const char *likely = NULL;
+    size_t length = strlen(key);
+    char there[88], rename[64] = "";
+
+    for (size_t i = 0; i < table->cells.columns; i++) {
+        const char *name = table->cells.cells[i];
+        size_t own = strlen(name);
+
+        if (!likely && own > length && !place_of(table, name, key) &&
+            (strncasecmp(name, key, length) == 0 || strcasecmp(name + own - length, key) == 0)) {
+            likely = name;
+        }
+        (void)json_object_set_new(names, name, json_null());
+    }
+    cohort_list_names(names, there, sizeof there);
+    json_decref(names);
+    if (likely) {
+        (void)snprintf(rename, sizeof rename, ": rename \"%.30s\" if it is that one", likely);
+    }
+    return wrong(problem, "it has no column \"%s\"; its first line has %s%s", key, there, rename);
+}
+
 /* Finds out what each column is. */
 static bool read_head(struct study_table *table, const char *key,
                       char problem[DELIMITED_PROBLEM_MAX])
@@ -261,7 +289,7 @@ static bool read_head(struct study_table *table, const char *key,
         }
     }
     if (table->key == STUDY_NO_COLUMN) {
-        return wrong(problem, "it has no column \"%s\" in its first line", key);
+        return refuse_keyless(table, key, problem);
     }
     if (covariates > COHORT_COVARIATES_MAX) {
         return wrong(problem, "it has more than %d covariates", COHORT_COVARIATES_MAX);

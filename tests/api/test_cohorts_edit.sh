@@ -94,6 +94,9 @@ is "$(tr -d '\r' <"$BODY" | paste -sd '|')" \
 cp "$BODY" "$SCRATCH/twice.csv"
 request PUT /v1/cohorts/twice/members --header 'Content-Type: text/csv' --data-binary "@$SCRATCH/twice.csv"
 is "$STATUS $(json '.members[0].label')" '200 real' 'so that it goes back'
+request PUT /v1/cohorts/renamed/members --header 'Content-Type: text/csv' --data-binary $'label,surface_id,participant_id\nnone,x,y\n'
+like "$STATUS $(json .detail)" '422 .* no column "id"; its first line has "label", "surface_id", "participant_id": rename "surface_id" if it is that one' \
+    'a table without ids names its columns'
 request PUT /v1/cohorts/renamed/members --header 'Content-Type: text/csv' --data-binary $'id,label\nnone,x\n'
 is_problem 422 invalid-input 'a row without an id is refused'
 like "$(json '.errors[0].detail')" 'line 2' 'with its line'

@@ -250,6 +250,21 @@ is "$STATUS $(json .code) $(refusals)" '422 import-refused evil.off invalid-row|
 like "$(json .detail)" 'Correct them\.$' 'and what was asked for is not advised'
 table 'file,mirror\ngood.off,true\nevil.off,yes\n'
 refused "$SCRATCH/table.zip" 'evil.off invalid-row' 'a mirror that is neither true nor false'
+DETAIL=$(import '?cohort=wrong' "$SCRATCH/table.zip"; json .detail)
+like "$DETAIL" 'line 3 of t.csv: mirror must be true or false, or 1 or 0, not "yes"' 'is told what it may be'
+table 'file,mirror\ngood.off,1\nevil.off,2\n'
+refused "$SCRATCH/table.zip" 'evil.off invalid-row' 'so is another number'
+table 'file,mirror\ngood.off,1\nevil.off,0\n'
+import '?cohort=bits' "$SCRATCH/table.zip"
+get /v1/cohorts/bits
+is "$STATUS $(json '[.members[].mirror] | tojson')" '200 [true,false]' '1 and 0 are true and false'
+table 'filename;Label;participant_id\ngood.off;a;s1\nevil.off;b;s2\n'
+import '?cohort=wrong' "$SCRATCH/table.zip"
+is "$STATUS $(json .detail)" '422 t.csv: it has no column "file"; its first line has "filename", "Label", "participant_id": rename "filename" if it is that one.' \
+    'a table without its key names the columns that it has, and the one that may be meant'
+table 'name,label\ngood.off,a\nevil.off,b\n'
+import '?cohort=wrong' "$SCRATCH/table.zip"
+is "$STATUS $(json .detail)" '422 t.csv: it has no column "file"; its first line has "name", "label".' 'or those alone'
 table 'file,time,site\ngood.off,NA,\nevil.off,2,b\n'
 import '?cohort=gaps' "$SCRATCH/table.zip"
 is "$(json '[.summary.columns[] | [.name, .missing]] | tojson')" '[["file",0],["time",1],["site",1]]' \
