@@ -2,8 +2,9 @@
  * tables.c - choosing between JSON, CSV and .npy, and writing CSV.
  *
  * CSV follows RFC 4180: lines end with CR LF, a field that holds a quote, a comma or an end of
- * line stands in quotes with its quotes doubled. Numbers have 17 digits, so that they read back as
- * the same doubles. The daemon never sets a locale, so that the decimal sign is a point.
+ * line stands in quotes with its quotes doubled. Numbers have 15 digits where these read back as
+ * the same doubles, or else 16 or 17, which always do. The daemon never sets a
+ * locale, so that the decimal sign is a point.
  */
 #include "api/tables.h"
 
@@ -14,6 +15,8 @@
 #include "api/npy.h"
 #include "api/respond.h"
 #include "store/job.h"
+
+#define NUMBER_MAX 32
 
 static const char *const types[] = {"application/json", CSV_CONTENT_TYPE, NPY_CONTENT_TYPE, NULL};
 static const char *const names[] = {"json", "csv", "npy"};
@@ -81,7 +84,13 @@ void csv_number(FILE *out, bool first, double value)
     }
     /* What is not finite is an empty field, as it is null in JSON. */
     if (isfinite(value)) {
-        (void)fprintf(out, "%.17g", value);
+        char text[NUMBER_MAX];
+        int digits = 15;
+
+        do {
+            (void)snprintf(text, sizeof text, "%.*g", digits, value);
+        } while (digits++ < 17 && strtod(text, NULL) != value);
+        (void)fputs(text, out);
     }
 }
 

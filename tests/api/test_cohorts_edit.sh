@@ -94,6 +94,10 @@ is "$(tr -d '\r' <"$BODY" | paste -sd '|')" \
 cp "$BODY" "$SCRATCH/twice.csv"
 request PUT /v1/cohorts/twice/members --header 'Content-Type: text/csv' --data-binary "@$SCRATCH/twice.csv"
 is "$STATUS $(json '.members[0].label')" '200 real' 'so that it goes back'
+request PUT /v1/cohorts/twice/members --header 'Content-Type: text/csv' \
+    --data-binary "$(printf 'id,age,third,tiny\n%s,49.2,%s,%s\n' "${IDS[0]}" 0.33333333333333331 -1.1e-300)"
+get '/v1/cohorts/twice/members?format=csv'
+is "$(tr -d '\r' <"$BODY" | tail -n 1)" "${IDS[0]},,,,,false,49.2,0.3333333333333333,-1.1e-300" 'numbers come as short as they can be'
 request PUT /v1/cohorts/renamed/members --header 'Content-Type: text/csv' --data-binary $'label,surface_id,participant_id\nnone,x,y\n'
 like "$STATUS $(json .detail)" '422 .* no column "id"; its first line has "label", "surface_id", "participant_id": rename "surface_id" if it is that one' \
     'a table without ids names its columns'
