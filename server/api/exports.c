@@ -187,8 +187,9 @@ static void respond_file(struct api_call *call, int fd, const char *name)
                               "attachment; filename=\"%s.zip\"", name);
 }
 
-/* Writes the study that was gathered, and answers. */
-static void respond_export(struct export *export, const char *name)
+/* Writes the study that was gathered, and answers. False: something of it has been deleted
+   meanwhile, and nothing is answered. */
+static bool respond_export(struct export *export, const char *name)
 {
     struct api_call *call = export->study.call;
     int status = export->study.status;
@@ -211,13 +212,17 @@ static void respond_export(struct export *export, const char *name)
     if (status == STORE_OK && whole && !json_memory_failed() &&
         !jobs_memory_told(jobs_memory_current())) {
         respond_file(call, fd, name);
-        return;
+        return true;
     }
     if (fd >= 0) {
         (void)close(fd);
     }
+    if (status == STORE_NOT_FOUND) {
+        return false;
+    }
     (void)problem_respond_store(call, status == STORE_OK ? STORE_FULL : status, NULL,
                                 "writing the export");
+    return true;
 }
 
 static void clear(struct export *export)
@@ -228,16 +233,18 @@ static void clear(struct export *export)
     json_decref(export->parts);
 }
 
-void cohorts_export(struct api_call *call)
+/* Once; as respond_export. */
+static bool try_cohort(struct api_call *call)
 {
     struct export export = {.graph = json_array(), .parts = json_array()};
     struct store_cohort cohort;
     char owner[STORE_OWNER_MAX];
+    bool answered = true;
     int status;
 
     if (!study_begin(&export.study, call, owner) || !cohort_find_owner(call, owner)) {
         clear(&export);
-        return;
+        return true;
     }
     status = store_cohort_get_as(call->api->config.store, owner, call->parameters[0], &cohort);
     if (status == STORE_OK) {
@@ -246,18 +253,20 @@ void cohorts_export(struct api_call *call)
             study_add(&export.study, cohort.members[i]);
         }
         study_add_jobs(&export.study);
-        respond_export(&export, cohort.name);
+        answered = respond_export(&export, cohort.name);
         store_cohort_clear(&cohort);
     } else {
         (void)problem_respond_store(call, status, "no-such-cohort", call->parameters[0]);
     }
     clear(&export);
+    return answered;
 }
 
-void models_export(struct api_call *call)
+static bool try_model(struct api_call *call)
 {
     struct export export = {.graph = json_array(), .parts = json_array()};
     struct store_model model;
+    bool answered = true;
     int status = store_model_get_as(call->api->config.store, call->request->caller.name,
                                     call->parameters[0], 0, &model);
 
@@ -267,7 +276,32 @@ void models_export(struct api_call *call)
         store_model_clear(&model);
         study_add(&export.study, call->parameters[0]);
         study_add_makers(&export.study);
-        respond_export(&export, call->parameters[0]);
+        answered = respond_export(&export, call->parameters[0]);
     }
     clear(&export);
+    return answered;
+}
+
+/* Anew while others delete what is being written: then it is there as a whole or not at all. */
+static void export_with(struct api_call *call, bool (*try)(struct api_call *call),
+                        const char *not_found_code)
+{
+    bool answered = try(call);
+
+    for (int again = 0; again < DELETED_MEANWHILE && !answered; again++) {
+        answered = try(call);
+    }
+    if (!answered) {
+        (void)problem_respond_store(call, STORE_NOT_FOUND, not_found_code, call->parameters[0]);
+    }
+}
+
+void cohorts_export(struct api_call *call)
+{
+    export_with(call, try_cohort, "no-such-cohort");
+}
+
+void models_export(struct api_call *call)
+{
+    export_with(call, try_model, "no-such-model");
 }

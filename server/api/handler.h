@@ -99,6 +99,8 @@ int problem_status(const char *code);
 /* Answers what a failure of the store means: 404 with the code given, 503, 507 or 500. */
 int problem_respond_store(struct api_call *call, int store_status, const char *not_found_code,
                           const char *what);
+/* Times that a request is tried anew where another has deleted what it works on. */
+#define DELETED_MEANWHILE 8
 /* Answers that a quota is used up: 429 with Retry-After, or 507 for bytes. */
 void quota_respond(struct api_call *call, enum store_quota quota, int retry_seconds);
 

@@ -222,31 +222,46 @@ bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *
     return parse_mesh(call, format, row, prepared);
 }
 
-bool mesh_keep_body(struct api_call *call, const char *name, struct store_mesh *row, bool *created)
+/* Once. False: answered, or *status, which is nothing to answer with where another request has
+   deleted the mesh meanwhile. */
+static bool keep_once(struct api_call *call, const char *name, struct store_mesh *row,
+                      bool *created, int *status)
 {
     struct store *store = call->api->config.store;
     struct compute_prepared prepared;
     bool held;
-    int status = STORE_OK;
 
     *created = false;
+    *status = STORE_OK;
     if (!mesh_read_body(call, name, row, &prepared, &held)) {
         compute_prepared_clear(&prepared);
         return false;
     }
-    status = held ? store_mesh_mend(store, call->request->body, call->request->body_size)
-                  : store_mesh_put(store, row, call->request->body, created);
-    if (status == 0 && held) {
-        status = labels_rename(store, row->owner.name, row->id, name, &row->name);
+    *status = held ? store_mesh_mend(store, call->request->body, call->request->body_size)
+                   : store_mesh_put(store, row, call->request->body, created);
+    if (*status == 0 && held) {
+        *status = labels_rename(store, row->owner.name, row->id, name, &row->name);
     }
-    if (status == 0 && !held) {
+    if (*status == 0 && !held) {
         compute_prepared_keep(call->api->config.jobs, store, row->owner.name, row->id, &prepared);
+    }
+    compute_prepared_clear(&prepared);
+    return *status == 0;
+}
+
+bool mesh_keep_body(struct api_call *call, const char *name, struct store_mesh *row, bool *created)
+{
+    int status;
+    bool kept = keep_once(call, name, row, created, &status);
+
+    for (int again = 0; again < DELETED_MEANWHILE && status == STORE_NOT_FOUND; again++) {
+        store_mesh_clear(row);
+        kept = keep_once(call, name, row, created, &status);
     }
     if (status != 0) {
         (void)problem_respond_store(call, status, NULL, "keeping the mesh");
     }
-    compute_prepared_clear(&prepared);
-    return status == 0;
+    return kept;
 }
 
 void meshes_create(struct api_call *call)

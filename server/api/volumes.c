@@ -169,15 +169,20 @@ bool volume_keep_body(struct api_call *call, const char *name, struct store_volu
 {
     struct store *store = call->api->config.store;
     bool held;
-    int status;
+    int status = STORE_OK;
 
     *created = false;
     if (!volume_read_body(call, name, row, &held)) {
         return false;
     }
-    status = store_volume_put(store, row, call->request->body, created);
-    if (status == 0 && !*created) {
-        status = labels_rename(store, row->owner.name, row->id, name, &row->name);
+    for (int again = 0; again <= DELETED_MEANWHILE; again++) {
+        status = store_volume_put(store, row, call->request->body, created);
+        if (status == 0 && !*created) {
+            status = labels_rename(store, row->owner.name, row->id, name, &row->name);
+        }
+        if (status != STORE_NOT_FOUND) {
+            break;
+        }
     }
     if (status != 0) {
         (void)problem_respond_store(call, status, NULL, "keeping the volume");

@@ -1,0 +1,67 @@
+#!/usr/bin/env bash
+# test_deleted_meanwhile.sh - what one request deletes while others send or export it: they find it or they do not, and
+# the service never fails.
+# srnfd-test: slow
+# srnfd-test: once (the order of requests does not depend on the build)
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+start_server "$SCRATCH/data" --workers 2 || exit 1
+
+AAL=tests/data/aal_subcortex
+SECONDS_LONG=3
+
+# Every status that came of requests while their like was deleted, each once.
+statuses() {
+    sort -u "$SCRATCH"/status.* | tr '\n' ' '
+}
+
+send_named() { # N
+    local end=$((SECONDS + SECONDS_LONG)) i=0
+    while [ $SECONDS -lt $end ]; do
+        curl -s -o /dev/null -w '%{http_code}\n' "$URL/v1/meshes?name=n$1-$((i++))" --data-binary "@$AAL/R_amygdala.ply"
+    done >"$SCRATCH/status.$1"
+}
+post /v1/meshes --data-binary "@$AAL/R_amygdala.ply"
+MESH=$(json .id)
+senders=()
+for n in 1 2 3; do
+    send_named $n &
+    senders+=($!)
+done
+end=$((SECONDS + SECONDS_LONG))
+while [ $SECONDS -lt $end ]; do
+    curl -s -o /dev/null -X DELETE "$URL/v1/meshes/$MESH"
+done
+wait "${senders[@]}"
+is "$(statuses)" '200 201 ' 'a mesh that is sent again under another name while it is deleted is there, or comes in'
+rm "$SCRATCH"/status.*
+
+files=()
+for side in L R; do
+    for what in amygdala pallidum; do
+        files+=(-F "f=@$AAL/${side}_$what.ply")
+    done
+done
+request POST '/v1/imports?cohort=group' "${files[@]}"
+is "$STATUS" 201 'a group comes in'
+for _ in 1 2 3 4 5 6 7 8; do
+    execute pca '{"cohort":"group","register":false,"lmax":6}' --header 'Prefer: respond-async, wait=60'
+    MODEL=$(json .model.id)
+    exports=()
+    for n in 1 2 3 4 5 6 7 8; do
+        curl -s -o /dev/null -w '%{http_code}\n' "$URL/v1/models/$MODEL/export" >"$SCRATCH/status.$n" &
+        exports+=($!)
+    done
+    sleep 0.02
+    request DELETE "/v1/models/$MODEL?cascade=true"
+    wait "${exports[@]}"
+    cat "$SCRATCH"/status.? >>"$SCRATCH/all"
+done
+grep -q 404 "$SCRATCH/all" || note 'no export came late'
+is "$(grep -cv '^200$\|^404$' "$SCRATCH/all")" 0 'exports of a model that is deleted meanwhile are whole, or there is none'
+
+stop_server
+is $? 0 'the daemon ends well'
+done_testing
