@@ -207,6 +207,8 @@ int srnf_deform_transport(const struct srnf_sht *sht, const double *from, const 
 
 /* ---- Transfer -------------------------------------------------------------------------------- */
 
+#define UNIT_AREA 1e-6 /* how near to 1 the area of a surface is that was divided by it */
+
 enum { SOURCE, DEFORMED, TARGET };
 
 void srnf_deform_transfer_clear(struct srnf_deform_transfer *result)
@@ -258,8 +260,16 @@ static int transfer_between(struct stage *stage, enum srnf_transfer_size size, b
                                size, stage->context, &result->transferred, stage->error);
 }
 
+/* Whether sizes are in the coefficients, as of surfaces that were never scaled, and not in the
+   scale: then the scale is 1, and the area is not, but by chance. */
+static bool has_own_size(const double scales[3], double area)
+{
+    return scales[TARGET] == 1.0 &&
+           ((scales[SOURCE] == 1.0 && scales[DEFORMED] == 1.0) || fabs(area - 1.0) > UNIT_AREA);
+}
+
 /* The surface where the target is, moved as the deformed one is against its source. A change of
-   size by a ratio goes into the scale: what has unit area keeps it. */
+   size by a ratio goes to where the target has its size: of unit area into the scale. */
 static void settle(struct stage *stage, const double scales[3], enum srnf_transfer_size size,
                    struct srnf_deform_transfer *result)
 {
@@ -271,8 +281,8 @@ static void settle(struct stage *stage, const double scales[3], enum srnf_transf
     if (size == SRNF_TRANSFER_RATIO) {
         srnf_surface_measure(stage->sht, stage->surfaces[SOURCE], &source, stage->workspace);
         srnf_surface_measure(stage->sht, stage->surfaces[TARGET], &target, stage->workspace);
-        ratio = transferred->size_ratio;
         linear_scale(3, sqrt(target.area / source.area), rate);
+        ratio = has_own_size(scales, target.area) ? 1.0 : transferred->size_ratio;
     }
     stage_place(stage, TARGET, rate, 1.0, transferred->coefficients, &result->measures);
     linear_scale(stage->count, 1.0 / ratio, transferred->coefficients);

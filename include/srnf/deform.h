@@ -125,7 +125,7 @@ void srnf_deform_transport_clear(struct srnf_deform_transport *result);
 struct srnf_deform_transfer {
     const char *step;
     struct srnf_registration deformed, source; /* deformed to source; source to target */
-    struct srnf_transferred transferred; /* with SRNF_TRANSFER_RATIO in the size of the target */
+    struct srnf_transferred transferred;
     double scale; /* what multiplies that back to the units that the target came from */
     struct srnf_surface_measures measures;
     struct srnf_deform_paths paths;
@@ -133,8 +133,10 @@ struct srnf_deform_transfer {
 
 /*
  * A target deformed as source is to deformed, by srnf_transfer or srnf_pullback_transfer, its size
- * included: with SRNF_TRANSFER_RATIO a change of size goes into the scale, with
- * SRNF_TRANSFER_ABSOLUTE all three are taken in the units that their scales lead back to.
+ * included: with SRNF_TRANSFER_RATIO a change of size goes to where the target has its size, into
+ * the scale or, where that is 1 and the area is not, into the coefficients; with
+ * SRNF_TRANSFER_ABSOLUTE all three are taken in the units that their scales lead back to, and the
+ * scale stays.
  *   surfaces  [in] source, deformed, target: double[3][(L+1)^2] each
  *   scales    [in] what multiplies each back to its own units, above 0
  *   result    [out] freed with srnf_deform_transfer_clear

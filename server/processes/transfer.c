@@ -4,9 +4,11 @@
  * The deformed surface is registered to its source, then the source, and the deformed one with it,
  * to the target: the answer keeps the pose and the parameterization of the target.
  *
- * Records know sizes by their scale. With size ratio the answer's shape is made at unit area, and
- * its scale is that of the target times the ratio of deformed to source; with size absolute the
- * three are taken in the units that their scales lead back to, which must be the same.
+ * Records know sizes by their scale, or, of surfaces encoded with scale none, by the coefficients
+ * and a scale of 1. With size ratio shapes are compared at unit area, and the answer has the size
+ * of the target times the ratio of deformed to source: in its scale or in its coefficients, as the
+ * target has its size, so that it compares with surfaces of that kind. With size absolute the three
+ * are taken in the units that their scales lead back to, which must be the same.
  */
 #include "toolkit/seconds.h"
 #include "toolkit/velocity.h"
@@ -44,7 +46,8 @@ static const struct process_input inputs[] = {
 static const struct process_output outputs[] = {
     {"surface", OUTPUT_OBJECT,
      "Record of the target deformed, in its own pose and parameterization; with size ratio its "
-     "scale is that of the target times sizeRatio."},
+     "scale is that of the target times sizeRatio, or, of a target in its own size (encoded with "
+     "scale none), its coefficients have that size and its scale stays 1."},
     {"sizeRatio", OUTPUT_NUMBER, "Square root of the area of deformed over that of source."},
     {"energy", OUTPUT_NUMBER,
      "Squared distance of the surface's SRNF from Q(target) + Q(deformed) - Q(source)."},

@@ -34,9 +34,11 @@ apart() { # FILE FILE
 
 start_server "$SCRATCH/data" --workers 2 || exit 1
 S=()
+M=()
 for name in L_thalamus R_thalamus L_pallidum; do
     post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
-    execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX,\"parameterization\":\"star\"}"
+    M+=("$(json .id)")
+    execute encode "{\"mesh\":\"${M[-1]}\",\"lmax\":$LMAX,\"parameterization\":\"star\"}"
     S+=("$(json .surface.id)")
 done
 for i in 0 1 2; do
@@ -127,6 +129,36 @@ is "$(json '[.registration.deformed.options.commonPose, .registration.source.opt
 is "$(json .surface.source.reference)" "${S[2]}" 'deformation is measured from the target'
 get "/v1/surfaces/${S[2]}"
 compare "$(json "$SCALE / .scale / $RATIO - 1 | fabs")" '<' 1e-12 'its scale changes in the ratio of the sizes'
+
+# Surfaces in their own sizes: what is reached has its size as they have it.
+N=()
+for mesh in "${M[@]}"; do
+    execute encode "{\"mesh\":\"$mesh\",\"lmax\":$LMAX,\"parameterization\":\"star\",\"scale\":\"none\"}"
+    N+=("$(json .surface.id)")
+done
+OWN_AREA=$(json .surface.area)
+for method in srnf pullback; do
+    for which in S N; do
+        declare -n ids=$which
+        run transfer "{\"source\":\"${ids[0]}\",\"deformed\":\"${ids[1]}\",\"target\":\"${ids[2]}\",\"method\":\"$method\",$AS_THEY_ARE}"
+        cp "$BODY" "$SCRATCH/in_$which.json"
+        get "/v1/surfaces/$(json .surface.id)/mesh?format=obj&space=original&resolution=32"
+        awk '$1 == "v" { print $2, $3, $4 }' "$BODY" >"$SCRATCH/in_$which.points"
+    done
+    RATIO=$(jq .sizeRatio "$SCRATCH/in_N.json")
+    is "$(jq .surface.scale "$SCRATCH/in_N.json")" 1 "$method: in their own sizes the scale stays 1"
+    compare "$(jq ".surface.area / ($OWN_AREA * $RATIO * $RATIO) - 1 | fabs" "$SCRATCH/in_N.json")" '<' 1e-9 \
+        'the area is that of the target in the ratio of the sizes'
+    compare "$(jq -s '.[0].surface.scale as $k | .[1].surface.volume / (.[0].surface.volume * $k * $k * $k) - 1 | fabs' \
+        "$SCRATCH/in_S.json" "$SCRATCH/in_N.json")" '<' 1e-6 'and the volume that of the same at unit area, scaled'
+    compare "$(paste "$SCRATCH/in_S.points" "$SCRATCH/in_N.points" |
+        awk '{ for (k = 1; k < 4; k++) { d = $k - $(k + 3); most = d > most ? d : -d > most ? -d : most } }
+            END { print (NR > 1000 ? most + 0 : "none") }')" '<' 1e-3 'in the original space both are the same'
+done
+run transfer "{\"source\":\"${N[0]}\",\"deformed\":\"${N[1]}\",\"target\":\"${N[0]}\",$AS_THEY_ARE}"
+REACHED=$(json .surface.id)
+execute distances "{\"surfaces\":[\"${N[1]}\",\"$REACHED\"],$AS_THEY_ARE}"
+compare "$(json '.matrix[0][1]')" '<' 1e-6 'other processes see the size: onto the source it is the deformed surface'
 
 # ---- What is refused ---------------------------------------------------------------------------------
 
