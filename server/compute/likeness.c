@@ -17,6 +17,8 @@
 #define MATCH_DEGREE ((size_t)8)
 #define GAINS 0.5 /* of the distance: what turns leave of it where they are told of */
 #define SPHERE_TURNED (30.0 * 3.14159265358979323846 / 180.0)
+#define ALIKE 2.0   /* times what a turn in space leaves: what one of the sphere alone may leave */
+#define SLIGHT 0.1  /* of the norm of an SRNF: distances of which turns gain nothing that counts */
 #define NOTICED 1.1 /* times the median distance from which a member is tried */
 
 struct likeness_run {
@@ -70,7 +72,9 @@ static int match_ends(const struct likeness_run *l, double *distance, double *un
 
 bool compute_match_on_sphere(const struct compute_match *match)
 {
-    return match->sphere_angle > SPHERE_TURNED && match->on_sphere < GAINS * match->match.unturned;
+    return match->sphere_angle > SPHERE_TURNED &&
+           match->on_sphere < GAINS * match->match.unturned &&
+           (!srnf_match_is_turned(&match->match) || match->on_sphere < ALIKE * match->match.plain);
 }
 
 /* The same with the sphere alone turned, and by how much. */
@@ -145,20 +149,41 @@ static int add_match(const struct likeness_run *l, bool rotates, bool mirrors, d
 }
 
 /* The same of members i and j. */
-static int match(const struct likeness_run *l, size_t i, size_t j, double share,
+static int match(const struct likeness_run *l, size_t i, size_t j, bool mirrors, double share,
                  struct compute_match *match, struct srnf_error *error)
 {
     const struct compute_group *group = l->inputs->group;
 
     srnf_surface_change_degree(group->degree, group->surfaces[i], l->degree, l->ends);
     srnf_surface_change_degree(group->degree, group->surfaces[j], l->degree, l->ends + l->count);
-    return add_match(l, l->inputs->rotates, l->inputs->mirrors, share, match, error);
+    return add_match(l, l->inputs->rotates, mirrors, share, match, error);
 }
 
 static struct compute_match no_match(size_t first, size_t second)
 {
     return (struct compute_match){
         .first = first, .second = second, .match.angle = INFINITY, .sphere_angle = INFINITY};
+}
+
+/* Where the ends are nearly the same as they lie, so that they differ no more than encodings of one
+   shape, or turns leave more than that share of their distance: as if turns gained nothing. */
+static int overlook_slight(const struct likeness_run *l, double share, struct compute_match *match)
+{
+    void *workspace = srnf_alloc(1, srnf_surface_workspace_size(l->sht));
+    struct srnf_surface_measures measures;
+    double unturned = match->match.unturned;
+
+    if (!workspace) {
+        return SRNF_ENOMEM;
+    }
+    srnf_surface_measure(l->sht, l->ends, &measures, workspace);
+    srnf_free(workspace);
+    if (unturned < SLIGHT * sqrt(measures.area) ||
+        !(fmin(match->match.plain, match->on_sphere) < share * unturned)) {
+        match->match.plain = match->match.mirrored = match->on_sphere = unturned;
+        match->sphere_angle = INFINITY;
+    }
+    return 0;
 }
 
 /* ---- Members --------------------------------------------------------------------------------- */
@@ -207,8 +232,26 @@ static int match_members(const struct likeness_run *l, struct compute_likeness *
         }
         taken[i] = true;
         *m = no_match(likeness->medoid, i);
-        status = match(l, likeness->medoid, i, 1.0, m, error);
+        status = match(l, likeness->medoid, i, l->inputs->mirrors, 1.0, m, error);
         likeness->n_members++;
+    }
+    return status;
+}
+
+/* Too few to say which of them stands out: each is matched with the medoid. */
+static int match_few(const struct likeness_run *l, struct compute_likeness *likeness,
+                     struct srnf_error *error)
+{
+    int status = 0;
+
+    for (size_t i = 0; i < likeness->n && status == 0; i++) {
+        if (i != likeness->medoid) {
+            struct compute_match *m = &likeness->members[likeness->n_members++];
+
+            *m = no_match(likeness->medoid, i);
+            status = match(l, likeness->medoid, i, false, 1.0, m, error);
+            status = status ? status : overlook_slight(l, LIKENESS_FEW_LEFT, m);
+        }
     }
     return status;
 }
@@ -248,7 +291,8 @@ static int match_classes(const struct likeness_run *l, struct compute_likeness *
             }
             *m = no_match(a, b);
             for (size_t k = 0; k < count && status == 0; k++) {
-                status = match(l, chosen[a][k], chosen[b][k], 1.0 / (double)count, m, error);
+                status = match(l, chosen[a][k], chosen[b][k], l->inputs->mirrors,
+                               1.0 / (double)count, m, error);
             }
         }
     }
@@ -290,10 +334,13 @@ static int match_all(struct jobs_run *run, const struct compute_likeness_inputs 
     int status = open_run(run, inputs->group->degree, &l);
 
     l.inputs = inputs;
-    if (status == 0 && likeness->distances) {
+    if (status == 0 && likeness->n < LIKENESS_MEMBERS_MIN) {
+        status = match_few(&l, likeness, error);
+    } else if (status == 0 && likeness->distances) {
         status = match_members(&l, likeness, error);
     }
-    if (status == 0 && inputs->classes && inputs->n_classes <= LIKENESS_CLASSES_MAX) {
+    if (status == 0 && likeness->distances && inputs->classes &&
+        inputs->n_classes <= LIKENESS_CLASSES_MAX) {
         status = match_classes(&l, likeness, error);
     }
     close_run(&l);
@@ -301,7 +348,7 @@ static int match_all(struct jobs_run *run, const struct compute_likeness_inputs 
 }
 
 int compute_match_pair(struct jobs_run *run, size_t degree, const double *first,
-                       const double *second, struct compute_match *match,
+                       const double *second, double share, struct compute_match *match,
                        struct jobs_result *result)
 {
     struct srnf_error error = {0};
@@ -313,6 +360,7 @@ int compute_match_pair(struct jobs_run *run, size_t degree, const double *first,
         srnf_surface_change_degree(degree, first, l.degree, l.ends);
         srnf_surface_change_degree(degree, second, l.degree, l.ends + l.count);
         status = add_match(&l, false, false, 1.0, match, &error);
+        status = status ? status : overlook_slight(&l, share, match);
     }
     close_run(&l);
     return status < 0 ? compute_fail(result, status, &error, "comparing poses") : 0;
@@ -333,6 +381,8 @@ int compute_likeness(struct jobs_run *run, const struct compute_likeness_inputs 
         status = likeness->distances ? srnf_members_judge(n, inputs->pairs, likeness->distances)
                                      : SRNF_ENOMEM;
         status = status ? status : match_all(run, inputs, likeness, &error);
+    } else if (status == 0 && !inputs->rotates && likeness->medoid < n) {
+        status = match_all(run, inputs, likeness, &error);
     }
     if (status) {
         compute_likeness_clear(likeness);

@@ -7,7 +7,10 @@
 
 #include "compute/group.h"
 
-#define LIKENESS_MEMBERS_MIN 5 /* below which none can be told from the others */
+#define LIKENESS_MEMBERS_MIN 5 /* below which none stands out from the others */
+/* What turns leave of a distance at most, where so few are told to lie in different poses. Shapes
+   that differ come down to a third: pallidum and amygdala, from 1.04 to .34 at degree 12. */
+#define LIKENESS_FEW_LEFT 0.3
 #define LIKENESS_TRIED_MAX 6   /* members that are matched with the medoid */
 #define LIKENESS_CLASSES_MAX 4 /* between which medoids are matched */
 #define LIKENESS_OF_CLASS 3    /* members of a class that stand for it: the nearest to its middle */
@@ -45,16 +48,19 @@ struct compute_likeness {
 
 /*
  * A member is matched with the medoid where it is further from the mean of the others than is
- * usual, the furthest first; where nothing rotates, the furthest ones in any case. A match of two
- * ventricles takes 20 to 30 ms, of the sphere alone 100 ms, at any degree.
+ * usual, the furthest first; where nothing rotates, the furthest ones in any case, and of fewer
+ * than LIKENESS_MEMBERS_MIN all, for their poses alone. A match of two ventricles takes 20 to
+ * 30 ms, of the sphere alone 100 ms, at any degree.
  * Returns 0, or a negative status with the problem in result; compute_likeness_clear in any case.
  */
 int compute_likeness(struct jobs_run *run, const struct compute_likeness_inputs *inputs,
                      struct compute_likeness *likeness, struct jobs_result *result);
-/* Matches two surfaces of a degree, which a process is to compare without turning them. As
-   compute_likeness; no mirror image is tried. */
+/* Matches two surfaces of a degree, which a process compares without turning them. As
+   compute_likeness; no mirror image is tried. Turns that leave more than this share of the
+   distance, and those where it is less than a tenth of the norm, count as none: plain and on_sphere
+   are unturned. */
 int compute_match_pair(struct jobs_run *run, size_t degree, const double *first,
-                       const double *second, struct compute_match *match,
+                       const double *second, double share, struct compute_match *match,
                        struct jobs_result *result);
 void compute_likeness_clear(struct compute_likeness *likeness);
 

@@ -421,6 +421,13 @@ static json_t *run_geodesic(struct jobs_run *run, const void *typed, struct jobs
         surfaces = keep_surfaces(run, &path, result);
         document = surfaces ? document_of(run, joining, &path, surfaces) : NULL;
     }
+    if (document && !joining->registered &&
+        pair_warn_unregistered(run, path.pair.degree, path.pair.coefficients,
+                               path.pair.coefficients + path.pair.count, "from and to", document,
+                               result)) {
+        json_decref(document);
+        document = NULL;
+    }
     path_clear(run, &path);
     return document;
 }

@@ -122,6 +122,10 @@ static json_t *run_shoot(struct jobs_run *run, const void *typed, struct jobs_re
     }
     surfaces = keep_surfaces(run, shoot, &deformation.group, &shot, result);
     document = surfaces ? document_of(shoot, &deformation, &shot, surfaces) : NULL;
+    if (ids[1][0]) {
+        document = deformation_warn_pose(run, &deformation, 0, 1,
+                                         "surface and what velocity is toward", document, result);
+    }
 out:
     srnf_deform_shoot_clear(&shot);
     deformation_close(&deformation);

@@ -118,6 +118,10 @@ static json_t *run_transfer(struct jobs_run *run, const void *typed, struct jobs
                            moved.transferred.coefficients, moved.scale, &moved.measures,
                            transfer->target, result);
     document = surface ? document_of(&deformation, &moved, surface) : NULL;
+    document =
+        deformation_warn_pose(run, &deformation, 0, 1, "source and deformed", document, result);
+    document =
+        deformation_warn_pose(run, &deformation, 0, 2, "source and target", document, result);
 out:
     srnf_deform_transfer_clear(&moved);
     deformation_close(&deformation);

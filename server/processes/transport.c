@@ -151,6 +151,11 @@ static json_t *run_transport(struct jobs_run *run, const void *typed, struct job
     }
     surface = keep_surface(run, transport, &deformation.group, &moved, result);
     document = surface ? document_of(&deformation, &moved, surface) : NULL;
+    document = deformation_warn_pose(run, &deformation, 0, 1, "from and to", document, result);
+    if (ids[2][0]) {
+        document = deformation_warn_pose(run, &deformation, 0, 2, "from and what vector is toward",
+                                         document, result);
+    }
 out:
     srnf_deform_transport_clear(&moved);
     deformation_close(&deformation);

@@ -105,33 +105,86 @@ json_t *pair_warnings(struct jobs_run *run, const struct pair *pair)
                               &pair->mirror);
 }
 
+/* What a turn of one of two surfaces, or of its sphere alone, makes of their distance. */
+struct turn {
+    bool told; /* it is worth a warning */
+    bool sphere;
+    double angle, turned; /* degrees; the distance that is left */
+};
+
+/* share: of the distance, what a turn leaves of it at most where it is told of.
+   distance: that of the process; 0: as the surfaces lie, which it then is. */
+static int find_turn(struct jobs_run *run, size_t degree, const double *first, const double *second,
+                     double share, double *distance, struct turn *turn, struct jobs_result *result)
+{
+    struct compute_match match;
+    int status = compute_match_pair(run, degree, first, second, share, &match, result);
+
+    *turn = (struct turn){.told = false};
+    if (status) {
+        return status;
+    }
+    *distance = *distance > 0.0 ? *distance : match.match.unturned;
+    turn->sphere = compute_match_on_sphere(&match);
+    turn->turned = turn->sphere ? match.on_sphere : match.match.plain;
+    turn->angle = DEGREES * (turn->sphere ? match.sphere_angle : match.match.angle);
+    turn->told =
+        turn->turned < share * *distance && (turn->sphere || srnf_match_is_turned(&match.match));
+    return 0;
+}
+
+static json_t *turn_json(const struct turn *turn, double distance)
+{
+    return json_pack("{s:f, s:f, s:f, s:b}", "angle", turn->angle, "distance", distance, "turned",
+                     turn->turned, "sphereAlone", (int)turn->sphere);
+}
+
 int pair_warn_pose(struct jobs_run *run, const struct pair *pair, json_t *document,
                    struct jobs_result *result)
 {
     double distance = pair->registration.distance;
-    struct compute_match match;
-    int status = compute_match_pair(run, pair->degree, pair->coefficients,
-                                    pair->coefficients + pair->count, &match, result);
-    bool sphere = status == 0 && compute_match_on_sphere(&match);
-    double turned = sphere ? match.on_sphere : match.match.plain;
+    struct turn turn;
+    int status = find_turn(run, pair->degree, pair->coefficients, pair->coefficients + pair->count,
+                           TURNED_BACK, &distance, &turn, result);
 
-    if (status || !(turned < TURNED_BACK * distance) ||
-        (!sphere && !srnf_match_is_turned(&match.match))) {
+    if (status || !turn.told) {
         return status;
     }
     warning_add(
-        warnings_of(document), "pose-differs",
-        json_pack("{s:f, s:f, s:f, s:b}", "angle",
-                  DEGREES * (sphere ? match.sphere_angle : match.match.angle), "distance", distance,
-                  "turned", turned, "sphereAlone", (int)sphere),
-        sphere ? "In their common pose the surfaces are %.3g apart, and %.3g with the sphere under "
-                 "one turned by %.0f degrees and no warp: they lie alike, but their maps to the "
-                 "sphere are turned, as of symmetric shapes. commonPose cannot undo that: take "
-                 "rotation false, which turns the sphere alone, or the default registration."
-               : "As they lie the surfaces are %.3g apart, and %.3g with one turned by %.0f "
-                 "degrees and no warp: they do not share a pose. Bring them into one, or let "
-                 "rotations be sought (commonPose false).",
-        distance, turned, DEGREES * (sphere ? match.sphere_angle : match.match.angle));
+        warnings_of(document), "pose-differs", turn_json(&turn, distance),
+        turn.sphere
+            ? "In their common pose the surfaces are %.3g apart, and %.3g with the sphere under "
+              "one turned by %.0f degrees and no warp: they lie alike, but their maps to the "
+              "sphere are turned, as of symmetric shapes. commonPose cannot undo that: take "
+              "rotation false, which turns the sphere alone, or the default registration."
+            : "As they lie the surfaces are %.3g apart, and %.3g with one turned by %.0f "
+              "degrees and no warp: they do not share a pose. Bring them into one, or let "
+              "rotations be sought (commonPose false).",
+        distance, turn.turned, turn.angle);
+    return 0;
+}
+
+int pair_warn_unregistered(struct jobs_run *run, size_t degree, const double *first,
+                           const double *second, const char *what, json_t *document,
+                           struct jobs_result *result)
+{
+    double distance = 0.0;
+    struct turn turn;
+    int status = find_turn(run, degree, first, second, LIKENESS_FEW_LEFT, &distance, &turn, result);
+
+    if (status || !turn.told) {
+        return status;
+    }
+    warning_add(
+        warnings_of(document), "pose-differs", turn_json(&turn, distance),
+        turn.sphere
+            ? "Nothing is registered here, and %s are %.3g apart, and %.3g with the sphere under "
+              "one turned by %.0f degrees: their maps to the sphere are turned. commonPose "
+              "cannot undo that: let rotations be sought (register true, without commonPose)."
+            : "Nothing is registered here, and %s are %.3g apart as they lie, and %.3g with one "
+              "turned by %.0f degrees: they do not share a pose. Bring them into one, or let "
+              "rotations be sought (register true, without commonPose).",
+        what, distance, turn.turned, turn.angle);
     return 0;
 }
 

@@ -46,6 +46,10 @@ json_t *pair_warnings(struct jobs_run *run, const struct pair *pair);
    far better. As pair_load. */
 int pair_warn_pose(struct jobs_run *run, const struct pair *pair, json_t *document,
                    struct jobs_result *result);
+/* The same of two surfaces of a degree that are not registered. what: "from and to". */
+int pair_warn_unregistered(struct jobs_run *run, size_t degree, const double *first,
+                           const double *second, const char *what, json_t *document,
+                           struct jobs_result *result);
 void pair_clear(struct jobs_run *run, struct pair *pair);
 
 #endif

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "api/surfaces.h"
+#include "toolkit/pair.h"
 #include "toolkit/routes.h"
 
 #define SHARE_MESHES 50.0 /* percent of the job that encoding stands for, if all are meshes */
@@ -243,6 +244,21 @@ void deformation_close(struct deformation *deformation)
     }
     compute_group_clear(&deformation->group);
     srnf_free(deformation->motion);
+}
+
+json_t *deformation_warn_pose(struct jobs_run *run, const struct deformation *deformation,
+                              size_t first, size_t second, const char *what, json_t *document,
+                              struct jobs_result *result)
+{
+    const double *const *surfaces = deformation->surfaces;
+
+    if (document && !deformation->options.registration &&
+        pair_warn_unregistered(run, deformation->group.degree, surfaces[first], surfaces[second],
+                               what, document, result)) {
+        json_decref(document);
+        return NULL;
+    }
+    return document;
 }
 
 json_t *keep_reached(struct jobs_run *run, const char *process, const char *name, size_t degree,

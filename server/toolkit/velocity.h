@@ -77,6 +77,12 @@ int deformation_open(struct jobs_run *run, size_t n, const char *const *ids,
                      enum deformation_method method, struct deformation *deformation,
                      struct jobs_result *result);
 void deformation_close(struct deformation *deformation);
+/* Adds pose-differs to the document where nothing is registered and surfaces first and second do
+   not share a pose (toolkit/pair.h). document: may be NULL, and stays it. Returns it, or NULL with
+   the problem in result. */
+json_t *deformation_warn_pose(struct jobs_run *run, const struct deformation *deformation,
+                              size_t first, size_t second, const char *what, json_t *document,
+                              struct jobs_result *result);
 
 /* Stores a surface that a process has reached; its record, or NULL with the problem set. reference
    is the surface that deformation is measured from, where that is a stored one. */

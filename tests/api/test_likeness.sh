@@ -108,4 +108,38 @@ like "$(warned pose-differs | jq -r '.[-1].detail')" 'the group pat lies in anot
 run classify '{"cohort":"half","method":"harmonic-nn"}'
 like "$(doubts)" mirror-images 'classify tells of a mirrored group too'
 
+# ---- Pairs and few, as they are parameterized --------------------------------------------------------
+
+like_turned() { # NAME: the last result tells of one that is turned by 120 degrees, as the axes are
+    is "$STATUS $(doubts)" '200 pose-differs' "$1: a surface beside itself turned is told of"
+    compare "$(warned pose-differs | jq '[.[0].figures | (.members[0] // .)][0] | .turned / .distance')" '<' 0.01 \
+        'turned back it is the same'
+}
+SAME="${CASE[5]}"
+OTHER="${TURNED[0]}"
+run distances "{\"surfaces\":[\"$SAME\",\"$OTHER\"],\"register\":false}"
+like_turned 'distances of two'
+run distances "{\"surfaces\":[\"${CASE[0]}\",\"$SAME\",\"${CASE[1]}\",\"$OTHER\"],\"register\":false}"
+is "$(doubts) $(warned pose-differs | jq -c '[.[].figures.members[].member]')" 'pose-differs [3]' 'one of four is found out'
+run distances "{\"surfaces\":[\"$SAME\",\"$OTHER\"]}"
+is "$STATUS $(doubts)" '200 ' 'registered it is not doubted'
+for process in distances mean; do
+    run "$process" "{\"surfaces\":[\"${CASE[0]}\",\"${CASE[1]}\",\"${CASE[2]}\"],\"register\":false}"
+    is "$STATUS $(doubts)" '200 ' "$process: nor are three that share a pose"
+done
+run mean "{\"surfaces\":[\"$SAME\",\"$OTHER\"],\"register\":false}"
+like_turned 'mean of two'
+AS_THEY_ARE='"register":false'
+run geodesic "{\"from\":\"$SAME\",\"to\":\"$OTHER\",\"steps\":3,$AS_THEY_ARE}"
+like_turned geodesic
+run geodesic "{\"from\":\"${CASE[0]}\",\"to\":\"${CASE[1]}\",\"steps\":3,$AS_THEY_ARE}"
+is "$STATUS $(doubts)" '200 ' 'two that share a pose are not'
+run shoot "{\"surface\":\"$SAME\",\"velocity\":{\"toward\":\"$OTHER\"},\"times\":[0.1],$AS_THEY_ARE}"
+like_turned shoot
+run transport "{\"from\":\"$SAME\",\"to\":\"$OTHER\",\"vector\":{\"toward\":\"${CASE[6]}\"},$AS_THEY_ARE}"
+like_turned transport
+run transfer "{\"source\":\"$SAME\",\"deformed\":\"${CASE[6]}\",\"target\":\"$OTHER\",$AS_THEY_ARE}"
+like_turned transfer
+like "$(warned pose-differs | jq -r '.[0].detail')" 'source and target are .* apart as they lie' 'by the names of the two'
+
 done_testing
