@@ -31,6 +31,7 @@ static const char *const codes[] = {
     "far-from-model",
     "few-replicates",
     "few-subjects",
+    "inversion-not-converged",
     "label-at-border",
     "labels-alike",
     "landmark-off-surface",

@@ -16,6 +16,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "toolkit/answers.h"
 #include "toolkit/routes.h"
 #include "toolkit/seconds.h"
 #include "toolkit/table.h"
@@ -328,7 +329,32 @@ static json_t *where(bool computed, double number)
     return computed ? json_finite(number) : json_null();
 }
 
-static json_t *document_of(const struct inverted *inverted, json_t *surface)
+/* Where the tolerance was not reached, and not-reached does not tell of more. */
+static void warn_converged(const struct inverting *inverting,
+                           const struct srnf_inversion *inversion, json_t *warnings)
+{
+    bool fell = inversion->stopped == SRNF_STOP_MAX_ITERATIONS;
+
+    if (inversion->converged || inversion->stopped == SRNF_STOP_CLOSED_FORM ||
+        inversion->relative_energy > ANSWERS_REACHED) {
+        return;
+    }
+    warning_add(
+        warnings, "inversion-not-converged",
+        json_pack("{s:o, s:f, s:s}", "relativeEnergy", json_finite(inversion->relative_energy),
+                  "tolerance", inverting->tolerance, "stopped", srnf_stop_name(inversion->stopped)),
+        "No surface with this SRNF was found: that of the surface is %.2g %% of its norm from it "
+        "(relativeEnergy %.3g, where the tolerance is %.2g). %s",
+        100.0 * sqrt(inversion->relative_energy), inversion->relative_energy, inverting->tolerance,
+        fell ? "The iterations ran out while that still fell: raise maxIterations, or take another "
+               "method."
+             : "It is the nearest one around: no surface of this degree may have the SRNF, as "
+               "where noise was added to it or the surface had a higher degree (raise lmax), or "
+               "one is to be found from another start (initial) or by another method.");
+}
+
+static json_t *document_of(const struct inverting *inverting, const struct inverted *inverted,
+                           json_t *surface)
 {
     const struct srnf_inversion *inversion = &inverted->inversion;
     bool applies = inversion->closed_form_relative_energy <= SRNF_CLOSED_FORM_APPLIES;
@@ -357,6 +383,7 @@ static json_t *document_of(const struct inverted *inverted, json_t *surface)
             "their radial parameterization. The surface has nothing to do with q; use method "
             "auto.");
     }
+    warn_converged(inverting, inversion, warnings);
     warnings_put(document, warnings);
     return document;
 }
@@ -446,7 +473,7 @@ static json_t *run_invert(struct jobs_run *run, const void *typed, struct jobs_r
         !ran_out(inverting, &inverted.inversion, result) &&
         !lacks_proof(inverting, &inverted.inversion, result)) {
         surface = keep_surface(run, inverting, &inverted, result);
-        document = surface ? document_of(&inverted, surface) : NULL;
+        document = surface ? document_of(inverting, &inverted, surface) : NULL;
     }
     target_close(run, &inverted.sampled);
     srnf_inversion_clear(&inverted.inversion);

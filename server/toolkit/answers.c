@@ -17,8 +17,7 @@
    are and registered: relative energies of 1e-4 to 0.07 and lengths of 1.00 to 1.07 lines, and 0.14
    and 1.19 for two whose parameters have nothing to do with each other (a line of 1.8). Surfaces of
    noise: 0.15 to 0.5, and lengths that grow with the steps. To measure again: geodesic and shoot
-   for pairs of them. */
-#define REACHED 0.1
+   for pairs of them. ANSWERS_REACHED, and: */
 #define JUMPS 1.5
 
 /* ---- Surfaces -------------------------------------------------------------------------------- */
@@ -47,7 +46,7 @@ void answers_warn_energies(const json_t *energies, json_t *document)
         const json_t *value = json_is_array(energies) ? json_array_get(energies, i) : energies;
         double energy = json_number_value(value);
 
-        beyond += energy > REACHED;
+        beyond += energy > ANSWERS_REACHED;
         worst = energy > most ? i : worst;
         most = fmax(most, energy);
     }
@@ -55,15 +54,15 @@ void answers_warn_energies(const json_t *energies, json_t *document)
         return;
     }
     warning_add(warnings_of(document), "not-reached",
-                json_pack("{s:f, s:f, s:I, s:I, s:I}", "relativeEnergy", most, "limit", REACHED,
-                          "index", (json_int_t)worst, "beyond", (json_int_t)beyond, "of",
-                          (json_int_t)n),
+                json_pack("{s:f, s:f, s:I, s:I, s:I}", "relativeEnergy", most, "limit",
+                          ANSWERS_REACHED, "index", (json_int_t)worst, "beyond", (json_int_t)beyond,
+                          "of", (json_int_t)n),
                 "No surface was found that has the field asked for: of %zu of %zu the SRNF is "
                 "further from it than %.0f %% of its norm, of one by %.0f %% (relativeEnergy "
                 "%.3g). The field is beyond what surfaces have, or another surface would be "
                 "nearer; what is seen is not what was asked for. Go less far, or compare surfaces "
                 "that are more alike or smoother.",
-                beyond, n, 100.0 * sqrt(REACHED), 100.0 * sqrt(most), most);
+                beyond, n, 100.0 * sqrt(ANSWERS_REACHED), 100.0 * sqrt(most), most);
 }
 
 /* ---- Paths ----------------------------------------------------------------------------------- */

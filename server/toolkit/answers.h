@@ -8,6 +8,9 @@
 
 #include <jansson.h>
 
+/* The relative energy beyond which not-reached is told. */
+#define ANSWERS_REACHED 0.1
+
 /* The warning not-reached, where one of these relative energies is large. energies: an array, or a
    number. */
 void answers_warn_energies(const json_t *energies, json_t *document);

@@ -118,7 +118,7 @@ is "$(json '.errors | map(.pointer) | sort | join(" ")')" '/inputs/lmax /inputs/
 # ---- invert ----------------------------------------------------------------------------------------
 
 execute invert "{\"srnf\":{\"surface\":\"$S\"},\"initial\":\"sphere\"}"
-is "$STATUS $(json '"\(.converged) \(.stopped)"')" '200 true tolerance' 'its SRNF is inverted from the sphere'
+is "$STATUS $(json '"\(.converged) \(.stopped) \(.warnings | length)"')" '200 true tolerance 0' 'its SRNF is inverted from the sphere'
 compare "$(json .relativeEnergy)" '<=' 1e-12 'to the tolerance'
 compare "$(json .surfaceError)" '<=' 1e-5 'and the surface is the one that was encoded'
 compare "$(json .surface.scale)" '==' "$SCALE" 'whose scale it keeps'
@@ -178,6 +178,9 @@ like "$(json .detail)" 'closed form does not give this SRNF back.*tolerance 1e-1
 execute invert "{\"srnf\":{\"surface\":\"$S\"},\"initial\":\"sphere\",\"method\":\"gradient\",\"maxIterations\":3}"
 is "$STATUS $(json '"\(.converged) \(.stopped) \(.iterations)"')" '200 false maxIterations 3' \
     'iterations that were limited give what was reached'
+execute invert "{\"srnf\":{\"surface\":\"$S\"},\"initial\":\"sphere\",\"method\":\"gauss-newton\",\"maxIterations\":3}"
+is "$(json '[.stopped, (.warnings[] | "\(.code) \(.figures.stopped) \(.figures.tolerance)")] | tojson')" \
+    '["maxIterations","inversion-not-converged maxIterations 1e-12"]' 'with a warning'
 if [ -z "$SRNFD_SANITIZED" ]; then
     execute invert "{\"srnf\":{\"surface\":\"$S\"},\"initial\":\"sphere\",\"method\":\"gradient\",\"tolerance\":1e-30}"
     is_problem 422 not-converged 'a method that reaches its own limit has failed'
@@ -188,6 +191,8 @@ fi
 execute invert "{\"srnf\":{\"surface\":\"$S\"},\"lmax\":8,\"initial\":\"$INVERTED\"}"
 is "$STATUS $(json '"\(.surface.lmax) \(.converged) \(.stopped) \(.surfaceError)"')" \
     '200 8 false stationary null' 'a degree that is too low ends at a minimum that is not zero'
+is "$(json '.relativeEnergy as $e | [.warnings[] | select(.code == "inversion-not-converged") | .figures.relativeEnergy == $e] | tojson')" \
+    '[true]' 'which is told, with the energy that is left'
 execute invert "{\"srnf\":{\"surface\":\"$S\"},\"lmax\":18,\"initial\":\"star\"}"
 compare "$(json .relativeEnergy)" '<=' 1e-12 'a higher degree than needed inverts'
 refuses() { # INPUTS POINTER DETAIL: that one problem
