@@ -127,7 +127,8 @@ json_t *compare_groups_warn(struct jobs_run *run, const struct compare *asked,
     const struct group_doubts doubts = {.classes = classes, .n_classes = 2, .names = titles};
 
     mean_warn_members(run, mean, document);
-    typicality_warn_poses(warnings_of(document), &mean->outputs, cohort->group.subjects, NULL);
+    typicality_warn_poses(warnings_of(document), &mean->outputs, cohort->group.subjects, NULL,
+                          false);
     covariates_warn(warnings_of(document), asked->covariates, n, cohort->group.subjects,
                     cohort->which, cohort->covariates);
     for (size_t i = 0; classes && i < n; i++) {

@@ -73,7 +73,8 @@ static bool warn_mean(struct jobs_run *run, const struct group_mean *mean, const
     json_t *labels =
         group_labels(run, members->surfaces, json_object_get(members->cohort, "subjects"));
 
-    typicality_warn_poses(warnings_of(document), &mean->outputs, members->subjects, labels);
+    typicality_warn_poses(warnings_of(document), &mean->outputs, members->subjects, labels,
+                          mean->positions);
     json_decref(labels);
     warnings_put(document, handedness_of_names(run, members->surfaces, members->cohort));
     mean_warn_converged(mean, document);
@@ -132,6 +133,7 @@ bool pca_parts_warn(struct jobs_run *run, const struct pca_parts *asked,
         struct group_input members = pca_parts_members(asked, p);
         const struct group_mean mean = {
             .members = &members,
+            .positions = asked->relative_pose,
             .inputs = {.registration = inputs->registration,
                        .max_iterations = inputs->max_iterations},
             .outputs = found->means[p],

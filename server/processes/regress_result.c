@@ -453,7 +453,7 @@ json_t *regress_document(struct jobs_run *run, const struct regress *asked,
                        members->subjects, found);
     warn_of_floors(&d);
     mean_warn_members(run, mean, d.root);
-    typicality_warn_poses(warnings_of(d.root), &mean->outputs, members->subjects, NULL);
+    typicality_warn_poses(warnings_of(d.root), &mean->outputs, members->subjects, NULL, false);
     return mean_warn(run, mean, (struct group_doubts){.classes = NULL}, d.root, result);
 fail:
     json_decref(d.root);

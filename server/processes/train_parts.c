@@ -115,6 +115,7 @@ bool train_parts_warn(struct jobs_run *run, const struct train *train,
                                             .n_classes = answer->classes.count,
                                             .names = answer->classes.names,
                                             .rotates = !train->parts.mean.common_pose,
+                                            .positions = train->parts.relative_pose,
                                             .members = true,
                                             .mirrors = true};
         json_t *own = json_object();

@@ -49,6 +49,13 @@ static const struct compute_match *match_of(const struct compute_likeness *liken
     return NULL;
 }
 
+const char *doubts_rotations(bool positions)
+{
+    return positions ? "leave out relativePose, which does not go with turns, and let rotations be "
+                       "sought (register true, commonPose false)"
+                     : "let rotations be sought (register true, commonPose false)";
+}
+
 static bool is_posed_apart(const struct compute_match *match)
 {
     return srnf_match_is_turned(&match->match) || compute_match_on_sphere(match);
@@ -134,25 +141,28 @@ static void warn_members(const struct compute_likeness *likeness, const json_t *
     }
 }
 
-#define TURN_MAX 560 /* bytes of two names and the sentence about them */
+#define WHOLE " before they are encoded, each subject as a whole"
+#define TURN_MAX 720 /* bytes of two names and the sentence about them */
 
 /* How the one that is turned most compares with the member that all are nearest to. */
 static void describe_turn(char text[TURN_MAX], const struct compute_match *most, const char *name,
-                          const char *medoid)
+                          const char *medoid, bool positions)
 {
+    const char *rotations = doubts_rotations(positions);
+
     if (compute_match_on_sphere(most)) {
         (void)snprintf(text, TURN_MAX,
                        "%s lies as %s does, but their maps to the sphere are turned, as of "
                        "symmetric shapes: with the sphere turned back they are %.3g apart instead "
-                       "of %.3g. commonPose cannot undo that: let rotations be sought",
-                       name, medoid, most->on_sphere, most->match.unturned);
+                       "of %.3g. commonPose cannot undo that: %s.",
+                       name, medoid, most->on_sphere, most->match.unturned, rotations);
         return;
     }
     (void)snprintf(text, TURN_MAX,
                    "%s matches %s turned by about %.0f degrees, and is then %.3g from it instead "
-                   "of %.3g. Bring all into one pose, or let rotations be sought",
+                   "of %.3g. Bring all into one pose%s, or %s.",
                    name, medoid, DEGREES * most->match.angle, most->match.plain,
-                   most->match.unturned);
+                   most->match.unturned, positions ? WHOLE : "", rotations);
 }
 
 static json_t *turned_json(const struct compute_match *match)
@@ -166,8 +176,8 @@ static json_t *turned_json(const struct compute_match *match)
 }
 
 /* One warning of all members that lie in another pose; whether there is one. */
-static bool warn_poses(const struct compute_likeness *likeness, const json_t *labels,
-                       json_t *warnings)
+static bool warn_poses(const struct compute_likeness *likeness, const struct group_doubts *doubts,
+                       const json_t *labels, json_t *warnings)
 {
     const struct compute_match *most = NULL;
     json_t *members = json_array();
@@ -191,14 +201,12 @@ static bool warn_poses(const struct compute_likeness *likeness, const json_t *la
     name_member(name, most->second, labels);
     name_member(medoid, most->first, labels);
     medoid[0] = 'm';
-    describe_turn(turn, most, name, medoid);
-    warning_add(
-        warnings, "pose-differs",
-        json_pack("{s:I, s:I, s:o}", "tried", (json_int_t)likeness->n_members, "turned",
-                  (json_int_t)count, "members", members),
-        "Nothing is rotated here, and %zu of %zu members tried are turned. %s (register true, "
-        "commonPose false).",
-        count, likeness->n_members, turn);
+    describe_turn(turn, most, name, medoid, doubts->positions);
+    warning_add(warnings, "pose-differs",
+                json_pack("{s:I, s:I, s:o}", "tried", (json_int_t)likeness->n_members, "turned",
+                          (json_int_t)count, "members", members),
+                "Nothing is rotated here, and %zu of %zu members tried are turned. %s", count,
+                likeness->n_members, turn);
     return true;
 }
 
@@ -227,11 +235,15 @@ static void warn_classes(const struct compute_likeness *likeness, const struct g
                           (int)sphere, "distance", match->match.unturned, "turned", turned),
                 "Nothing is rotated here, and the group %.60s lies in another pose than %s, in "
                 "%s: turned by about %.0f degrees, its members are %.3g from those instead of "
-                "%.3g. What looks like a difference of the groups may be no more than that. %s "
-                "rotations be sought (register true, commonPose false).",
+                "%.3g. What looks like a difference of the groups may be no more than that. "
+                "%s%s%s.",
                 doubts->names[match->second], first, sphere ? "its maps to the sphere" : "space",
                 DEGREES * angle, turned, match->match.unturned,
-                sphere ? "commonPose cannot undo it: let" : "Bring all into one pose, or let");
+                sphere ? "commonPose cannot undo it: " : "Bring all into one pose",
+                sphere              ? ""
+                : doubts->positions ? WHOLE ", or "
+                                    : ", or ",
+                doubts_rotations(doubts->positions));
         }
     }
 }
@@ -259,7 +271,7 @@ bool group_doubts_warn(struct jobs_run *run, const struct group_doubts *doubts, 
         status = compute_likeness(run, &inputs, &likeness, result);
     }
     if (status == 0 && doubts->pairs) {
-        if (doubts->rotates || !warn_poses(&likeness, names, warnings)) {
+        if (doubts->rotates || !warn_poses(&likeness, doubts, names, warnings)) {
             warn_twins(&likeness.twins, warnings); /* poses in common make members near */
         }
         warn_members(&likeness, names, warnings);

@@ -16,10 +16,14 @@ struct group_doubts {
     size_t n_classes;
     const char *const *names; /* [n_classes] */
     bool rotates;             /* as the process was asked */
+    bool positions;           /* where the parts of subjects are counts too (relativePose) */
     bool members;             /* whether members far from the others are told of here */
     bool mirrors;             /* whether mirror images are looked for */
 };
 
+/* How rotations are let be sought, for the end of a sentence of advice. positions: turns would lose
+   them, and are refused. */
+const char *doubts_rotations(bool positions);
 /* Adds the warnings to the document; false with the problem set. pairs NULL: none. */
 bool group_doubts_warn(struct jobs_run *run, const struct group_doubts *doubts, json_t *document,
                        struct jobs_result *result);

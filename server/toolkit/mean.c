@@ -206,9 +206,8 @@ void mean_warn_converged(const struct group_mean *mean, json_t *document)
                           json_finite(last->change)),
                 "The mean still moved when its iterations ran out: by %.2g of its norm in the last "
                 "of %zu. What rests on it moves with it. Raise maxIterations; where it does not "
-                "come to rest then, the members do not correspond: see the other warnings, or "
-                "let rotations be sought (register true, commonPose false).",
-                last->change, found->iterations);
+                "come to rest then, the members do not correspond: see the other warnings, or %s.",
+                last->change, found->iterations, doubts_rotations(mean->positions));
 }
 
 void mean_warn_members(struct jobs_run *run, const struct group_mean *mean, json_t *document)
@@ -232,6 +231,7 @@ json_t *mean_warn(struct jobs_run *run, const struct group_mean *mean, struct gr
     doubts.pairs = mean->outputs.pairs;
     doubts.rotates = registration && !registration->common_pose;
     doubts.members = doubts.mirrors = true;
+    doubts.positions = mean->positions;
     if (!doubts.pairs) {
         warning_add(
             warnings_of(document), "members-not-compared",
@@ -258,7 +258,8 @@ json_t *mean_finish(struct jobs_run *run, const struct group_mean *mean, json_t 
         group_labels(run, members->surfaces, json_object_get(members->cohort, "subjects"));
 
     mean_set_members(document, mean);
-    typicality_warn_poses(warnings_of(document), &mean->outputs, members->subjects, labels);
+    typicality_warn_poses(warnings_of(document), &mean->outputs, members->subjects, labels,
+                          mean->positions);
     (void)json_object_set_new(document, "labels", labels);
     (void)json_object_set_new(document, "groups", group_groups(members->cohort));
     (void)json_object_set_new(document, "distances", json_vector(found->distances, found->n));

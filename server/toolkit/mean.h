@@ -85,6 +85,7 @@ size_t mean_copies(const struct process_inputs *inputs, size_t copies);
 
 struct group_mean {
     const struct group_input *members;
+    bool positions; /* where the parts of subjects are counts too: no part may be turned */
     struct srnf_register_options options;
     struct compute_mean_inputs inputs; /* registration points to options, or is NULL */
     struct group_landmarks landmarks;

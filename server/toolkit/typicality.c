@@ -16,6 +16,7 @@
 
 #include "api/json_memory.h"
 #include "api/warnings.h"
+#include "toolkit/group_doubts.h"
 #include "toolkit/outliers.h"
 
 #define DEGREES (180.0 / 3.14159265358979323846)
@@ -277,7 +278,7 @@ static bool judge_angle(const double *angles, const size_t *subjects, const doub
 }
 
 void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *outputs,
-                           const size_t *subjects, const json_t *labels)
+                           const size_t *subjects, const json_t *labels, bool positions)
 {
     size_t n = outputs->angles ? outputs->mean.n : 0;
     double *others = n >= POSED_MIN ? srnf_alloc(n, 2 * sizeof(double)) : NULL;
@@ -300,9 +301,8 @@ void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *
                         "against their mean, in space or in its parameterization, where one of "
                         "them in a thousand would be turned by more than %.0f. Nothing is rotated "
                         "here: bring it into their pose, or, where it lies like them and its map "
-                        "to the sphere is turned (symmetric shapes), let rotations be sought "
-                        "(register true, commonPose false).",
-                        name, DEGREES * t.value, DEGREES * t.limit);
+                        "to the sphere is turned (symmetric shapes), %s.",
+                        name, DEGREES * t.value, DEGREES * t.limit, doubts_rotations(positions));
         }
     }
     srnf_free(weights);

@@ -35,9 +35,9 @@ void typicality_warn_twin(json_t *warnings, const struct compute_model *model, c
                           double residual);
 
 /* Appends a warning for each member that is turned far against those of other subjects. subjects:
-   [n] numbers of theirs; labels: their names. */
+   [n] numbers of theirs; labels: their names; positions: as of group_doubts. */
 void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *outputs,
-                           const size_t *subjects, const json_t *labels);
+                           const size_t *subjects, const json_t *labels, bool positions);
 /* 1 / m for each of the m members of a subject, by their numbers, each below n (srnf_free); NULL
    without memory. */
 double *typicality_weights(size_t n, const size_t *subjects);

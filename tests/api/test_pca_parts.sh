@@ -180,6 +180,9 @@ like "$(json '[.warnings[] | select(.code == "pose-differs")][-1].detail')" 'lie
     'surfaces that share a pose are told from others'
 is "$(json '[.warnings[] | select(.code == "pose-differs")][-1].figures.members | map(.sphereAlone) | unique | tostring')" \
     '[true]' 'each of them'
+run pca-parts '{"cohort":"strange","register":false,"weights":{"even":1000000},"relativePose":true}'
+like "$(json '[.warnings[] | select(.code == "pose-differs")][-1].detail')" 'cannot undo that: leave out relativePose, .*commonPose false' \
+    'what relativePose refuses is not advised beside it'
 run register "{\"template\":\"${SURFACE[even3]}\",\"moving\":\"${SURFACE[odd0]}\",\"commonPose\":true}"
 is "$(json '[.warnings[] | select(.code == "pose-differs") | .figures.sphereAlone] | tostring')" '[true]' \
     'so is a pair in a common pose'
@@ -195,6 +198,9 @@ is "$(told)" 'putamen mean-not-converged, thalamus mean-not-converged' 'means th
 is "$(json '[.warnings[] | select(.code == "mean-not-converged") | .figures.iterations] | tostring')" '[2,2]' \
     'after so many iterations'
 is "$(json '.parts[0].converged')" false 'as the result says'
+run pca-parts '{"cohort":"both","maxIterations":2,"tolerance":1e-8,"modes":0,"commonPose":true,"relativePose":true}'
+is "$(json '[.warnings[] | select(.code == "mean-not-converged") | .detail | contains("or leave out relativePose")] | tostring')" \
+    '[true,true]' 'and with relativePose what can be done'
 if [ -z "$SRNFD_SANITIZED" ]; then # by the same lines
     run pca-parts '{"cohort":"both","maxIterations":1,"tolerance":1e-8,"modes":0}'
     is "$(told)" '' 'one iteration is what was asked for'
