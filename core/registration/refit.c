@@ -16,8 +16,8 @@
  * Where a long chain goes too far for one step, each half of its links is fitted by itself, and
  * where that fails, too, each quarter of a longer one.
  *
- * Cost: one transposed gradient transform, one table of a field, and a move of the points; of parts,
- * as much for each, and once more along the chain.
+ * Cost: one transposed gradient transform, one table of a field, and a move of the points; of
+ * parts, as much for each, and once more along the chain.
  */
 #include "tournament.h"
 
@@ -169,8 +169,8 @@ static bool find_fit(const struct refit *r, const struct tabulated_target *targe
     return true;
 }
 
-/* The fits of so many parts of a chain, appended to *fit: each from the identity. A chain of a common pose
-   has no rotation but the identity that it begins with. */
+/* The fits of so many parts of a chain, appended to *fit: each from the identity. A chain of a
+   common pose has no rotation but the identity that it begins with. */
 static int fit_parts(const struct refit *r, const struct tabulated_problem *problem,
                      const struct srnf_warp *chain, size_t parts, struct cloud *spare,
                      struct srnf_warp *fit, bool *fits)

@@ -137,8 +137,8 @@ struct mean_run {
     const struct srnf_group_landmarks *landmarks; /* or NULL */
     double *marks;                                /* [landmarks][3] those of the mean */
     uint64_t series;                              /* of the first registrations, as they are kept */
-    size_t looks; /* that have moved subjects (mean_anew.c) */
-    size_t anew;  /* iterations before the last of these */
+    size_t looks;                                 /* that have moved subjects (mean_anew.c) */
+    size_t anew;                                  /* iterations before the last of these */
     size_t iterations;
     struct srnf_mean_iteration *history; /* [max_iterations] */
     size_t history_capacity;
@@ -245,8 +245,8 @@ SRNF_CHECKED int mean_register_all(struct mean_run *run, struct stats_progress p
 
 /* Whether a look for better places is due, once the mean is at rest. */
 bool mean_looks_anew(const struct mean_run *run);
-/* Subjects that lie better elsewhere go there, and the mean follows. moved: whether any has; if not,
-   nothing has changed. */
+/* Subjects that lie better elsewhere go there, and the mean follows. moved: whether any has; if
+   not, nothing has changed. */
 SRNF_CHECKED int mean_look_anew(struct mean_run *run, struct stats_progress progress, bool *moved,
                                 struct srnf_error *error);
 

@@ -6,6 +6,7 @@
  * srnfd-test: no-asan (api/test_standard.sh runs its code)
  */
 #include "group.h"
+#include "support/compare.h"
 
 #include <fftw3.h>
 
@@ -102,8 +103,8 @@ static void does_not_depend_on_poses(void **state)
         for (size_t k = 1; k < mean.iterations; k++) {
             assert_true(mean.history[k].objective <= mean.history[k - 1].objective);
         }
-        least = objective < least ? objective : least;
-        most = objective > most ? objective : most;
+        least = compare_min(least, objective);
+        most = compare_max(most, objective);
         srnf_mean_clear(&mean);
         group_close(&g);
     }
