@@ -2,11 +2,11 @@
  * mean_anew.c - whether subjects lie better elsewhere, once the mean has come to rest.
  *
  * The first registration of a subject is to the medoid, one surface with accidents of its own.
- * Where surfaces are nearly symmetric, an accident decides which way round a subject lies, and steps
- * from there never turn it. The mean has hardly any accidents. So the basin of each subject is
- * sought once more among all, by a tournament alone, and where that is another one than the subject
- * is in, the subject is registered anew and stays where its part of G is lower. G falls, or nothing
- * has changed. Where anything has, steps of all warps follow, and another look.
+ * Where surfaces are nearly symmetric, an accident decides which way round a subject lies, and
+ * steps from there never turn it. The mean has hardly any accidents. So the basin of each subject
+ * is sought once more among all, by a tournament alone, and where that is another one than the
+ * subject is in, the subject is registered anew and stays where its part of G is lower. G falls, or
+ * nothing has changed. Where anything has, steps of all warps follow, and another look.
  *
  * Cost: a tournament for each subject, and a registration for those that may move.
  */
