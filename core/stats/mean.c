@@ -174,7 +174,7 @@ static bool is_converged(const struct mean_run *run, double tolerance)
 {
     size_t last = run->iterations - 1;
 
-    if (run->iterations == run->anew) {
+    if (run->iterations <= run->anew) {
         return false;
     }
     return run->history[last].change <= tolerance ||
