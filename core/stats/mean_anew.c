@@ -16,8 +16,8 @@
 
 #define LOOKS ((size_t)5)                      /* at most that move subjects */
 #define ANOTHER_ANGLE (15.0 * SRNF_PI / 180.0) /* between the maps of two basins, rms */
-#define LOWER \
-    0.999 /* times what a subject adds to G where it is: what is less than that moves it */
+/* Times what a subject adds to G where it is: what is less than that moves it. */
+#define LOWER 0.999
 
 struct look {
     const struct mean_run *run;
