@@ -10,17 +10,18 @@
  *   2. every subject is registered to mu from nothing (mean_register.c); mu <- the mean of the
  *      registered q, exactly evaluated on the grid, in the order of the subjects
  *   3. the penalties are measured from where they are least (mean_center.c)
- *   4. all warps take one Gauss-Newton step together, and mu follows (mean_step.c)
- *   5. again from 3, until mu changes by no more than the tolerance, relative to its norm
+ *   4. the first time, every subject is looked at once more from nothing (mean_anew.c): those that
+ *      lie better in another basin move there
+ *   5. all warps take one Gauss-Newton step together, and mu follows (mean_step.c)
+ *   6. again from 3, until mu changes by no more than the tolerance, relative to its norm
  *      (mean_change.c), or G has twice in a row fallen by less than that part of itself. Very
  *      different surfaces end the second way: their warps can be refined without end, each time
  *      for less
- *   6. every subject is looked at once more from nothing (mean_anew.c); if any lies better in
- *      another basin, on from 4
- *   7. mu is inverted once, from the average of the registered surfaces (mean_surface.c)
+ *   7. if step 4 moved anybody, another look, and on from 5 if that moves anybody
+ *   8. mu is inverted once, from the average of the registered surfaces (mean_surface.c)
  *
- * G never rises. No inversion happens inside the loop: mu need not be the SRNF of any surface, and
- * how far it is from one is told as the relative energy of step 7. Where nothing is registered one
+ * G never rises where domains are warped. No inversion happens inside the loop: mu need not be the SRNF of any surface, and
+ * how far it is from one is told as the relative energy of step 8. Where nothing is registered one
  * iteration is exact; where the domain is only rotated, step 2 is all there is.
  *
  * Between iterations the state is mu, the centre, and O_i and a chain for each subject: that is
@@ -90,7 +91,6 @@ static struct stats_progress progress_of(const struct mean_run *run)
 
 static int move_all(struct mean_run *run, struct srnf_error *error)
 {
-    double moved;
     int status;
 
     if (!run->registered) {
@@ -104,7 +104,7 @@ static int move_all(struct mean_run *run, struct srnf_error *error)
     status = run->started ? mean_descend(run, progress_of(run), error)
                           : mean_register_all(run, progress_of(run), error);
     status = status ? status : mean_landmarks_follow(run, false, error);
-    return status ? status : mean_center(run, &moved, error);
+    return status ? status : mean_center(run, error);
 }
 
 /* One iteration, and the change of the mean in it. */
@@ -125,7 +125,7 @@ static int iterate_once(struct mean_run *run, double *change, struct srnf_error 
     }
     square = srnf_inner_product(run->grid, run->mean_q, run->mean_q);
     *change =
-        square > 0.0 ? sqrt(stats_distance2(run->grid, run->mean_q, run->previous) / square) : 0.0;
+        square == 0.0 ? 0.0 : sqrt(stats_distance2(run->grid, run->mean_q, run->previous) / square);
     return status;
 }
 
@@ -182,16 +182,20 @@ static bool is_converged(const struct mean_run *run, double tolerance)
             is_flat(run, last - 1, tolerance));
 }
 
-/* Whether another iteration is due; subjects of a mean at rest are looked at before. */
+/* Whether another iteration is due; subjects are looked at before where that is. */
 static int goes_on(struct mean_run *run, const struct srnf_mean_options *options, bool *on,
                    struct srnf_error *error)
 {
+    bool rests = is_converged(run, options->tolerance);
+    bool moved = false;
+    int status = SRNF_OK;
+
     *on = run->iterations < options->max_iterations;
-    if (!*on || !is_converged(run, options->tolerance)) {
-        return SRNF_OK;
+    if ((*on || rests) && mean_looks_anew(run, rests)) {
+        status = mean_look_anew(run, progress_of(run), &moved, error);
     }
-    *on = mean_looks_anew(run);
-    return *on ? mean_look_anew(run, progress_of(run), on, error) : SRNF_OK;
+    *on = *on && (moved || !rests);
+    return status;
 }
 
 static int iterate_all(struct mean_run *run, const struct srnf_mean_options *options,

@@ -137,7 +137,8 @@ struct mean_run {
     const struct srnf_group_landmarks *landmarks; /* or NULL */
     double *marks;                                /* [landmarks][3] those of the mean */
     uint64_t series;                              /* of the first registrations, as they are kept */
-    size_t looks;                                 /* that have moved subjects (mean_anew.c) */
+    bool settled;                                 /* no look is due any more (mean_anew.c) */
+    size_t looks;                                 /* that have moved subjects */
     size_t anew;                                  /* iterations before the last of these */
     size_t iterations;
     struct srnf_mean_iteration *history; /* [max_iterations] */
@@ -243,14 +244,14 @@ SRNF_CHECKED int mean_register_all(struct mean_run *run, struct stats_progress p
 
 /* ---- mean_anew.c ----------------------------------------------------------------------------- */
 
-/* Whether a look for better places is due, once the mean is at rest. */
-bool mean_looks_anew(const struct mean_run *run);
+/* Whether a look for better places is due. rests: the mean has come to rest. */
+bool mean_looks_anew(const struct mean_run *run, bool rests);
 /* Subjects that lie better elsewhere go there, and the mean follows. moved: whether any has; if
    not, nothing has changed. */
 SRNF_CHECKED int mean_look_anew(struct mean_run *run, struct stats_progress progress, bool *moved,
                                 struct srnf_error *error);
 
-/* ---- mean_look.c: the same ------------------------------------------------------------------- */
+/* ---- mean_stand.c: where a subject is, and its steps ------------------------------------------ */
 
 /* O, energy and penalty against the target, where the subject is; field, or NULL: O sqrt(J)
    q(gamma), [3][P]; potentials, or NULL: the Gauss-Newton step of its own objective. */
@@ -362,9 +363,9 @@ double mean_measured(const struct mean_run *run);
 
 /* ---- mean_center.c --------------------------------------------------------------------------- */
 
-/* Moves the centre to where the penalties are least, unless it is there to rounding. moved: the
-   root of the mean square of the step, in radians. */
-SRNF_CHECKED int mean_center(struct mean_run *run, double *moved, struct srnf_error *error);
+/* Moves the centre by a Newton step to where the penalties are less, unless it is there to
+   rounding. SRNF_ENUMERIC: the step is no number. */
+SRNF_CHECKED int mean_center(struct mean_run *run, struct srnf_error *error);
 /* Fills center, area and reference from the centring. */
 SRNF_CHECKED int mean_place_center(struct mean_run *run, struct srnf_error *error);
 

@@ -1,20 +1,28 @@
 /*
- * mean_anew.c - whether subjects lie better elsewhere, once the mean has come to rest.
+ * mean_anew.c - whether subjects lie better elsewhere, now that there is a mean.
  *
  * The first registration of a subject is to the medoid, one surface with accidents of its own.
  * Where surfaces are nearly symmetric, an accident decides which way round a subject lies, and
  * steps from there never turn it. The mean has hardly any accidents. So the basin of each subject
  * is sought once more among all, by a tournament alone, and where that is another one than the
  * subject is in, the subject is registered anew and stays where its part of G is lower. G falls, or
- * nothing has changed. Where anything has, steps of all warps follow, and another look.
+ * nothing has changed.
  *
- * Cost: a tournament for each subject, and a registration for those that may move.
+ * The first look is after the first iteration, before steps are spent on what will move. Where it
+ * moves anybody, others follow when the mean has come to rest, each time with steps of all warps
+ * after it. A look by which G falls by less than WORTH of itself is the last: very different
+ * surfaces have many basins that are nearly as good, and could be moved without end.
+ *
+ * Cost: a tournament for each subject, and a registration for those that may move. Among 500
+ * samples of a model of the subcortex the first look moved 108 and lowered G by 2.3 %; a second
+ * at rest, 10 % of them and .5 to 1 %.
  */
 #include "mean.h"
 
 #include <math.h>
 
 #define LOOKS ((size_t)5)                      /* at most that move subjects */
+#define WORTH 0.01                             /* a look that lowers G by less is the last */
 #define ANOTHER_ANGLE (15.0 * SRNF_PI / 180.0) /* between the maps of two basins, rms */
 /* Times what a subject adds to G where it is: what is less than that moves it. */
 #define LOWER 0.999
@@ -24,12 +32,13 @@ struct look {
     bool *moved; /* [n] */
 };
 
-bool mean_looks_anew(const struct mean_run *run)
+bool mean_looks_anew(const struct mean_run *run, bool rests)
 {
     const struct srnf_register_options *o = &run->registration;
 
-    return mean_is_warped(run) && run->looks < LOOKS && !o->common_pose &&
-           o->start == SRNF_START_TOURNAMENT && !mean_is_guided(run);
+    return mean_is_warped(run) && !run->settled && (rests || run->iterations == 1) &&
+           run->anew < run->iterations && !o->common_pose && o->start == SRNF_START_TOURNAMENT &&
+           !mean_is_guided(run);
 }
 
 static double share_of(const struct mean_subject *subject)
@@ -170,6 +179,7 @@ int mean_look_anew(struct mean_run *run, struct stats_progress progress, bool *m
                    struct srnf_error *error)
 {
     struct look look = {run, srnf_alloc(run->n, sizeof *look.moved)};
+    const double before = run->history[run->iterations - 1].objective;
     int status = look.moved ? mean_aim(run) : SRNF_ENOMEM;
 
     *moved = false;
@@ -187,6 +197,8 @@ int mean_look_anew(struct mean_run *run, struct stats_progress progress, bool *m
         run->looks++;
         run->anew = run->iterations;
     }
+    run->settled = !*moved || run->looks == LOOKS ||
+                   !(mean_objective(run, run->variance) < (1.0 - WORTH) * before);
     for (size_t i = 0; i < run->n && status == SRNF_OK && !*moved; i++) {
         run->subjects[i].at = run->subjects[i].before;
     }

@@ -45,6 +45,7 @@ struct center {
     struct mean_run *run;
     size_t count;                  /* (D+1)^2 */
     double jacobian, displacement; /* a and b */
+    double stiffness;              /* b, or where that is 0 what keeps the curvature positive */
     bool penalized;                /* not both 0 */
     double *moments;               /* [blocks][3][count]: gradients, curls, divergence */
     double *curvature;             /* [blocks] of the Jacobian penalty */
@@ -160,12 +161,12 @@ static int differentiate_block(void *argument, size_t block, const struct srnf_c
     return status;
 }
 
-/* Potentials of v; returns the root of the mean square of v. */
+/* Potentials of v; returns the root of the mean square of v, in radians. */
 static double find_step(struct center *center)
 {
     const struct mean_run *run = center->run;
     size_t count = center->count;
-    double b = 2.0 * center->displacement;
+    double b = 2.0 * center->stiffness;
     double square = 0.0;
 
     for (size_t block = 1; block < mean_blocks(run); block++) {
@@ -272,7 +273,7 @@ static void take_back(const struct center *center)
 }
 
 /* Along the step, ever shorter, until the penalties fall; else all stays as it was. */
-static int take(struct center *center, double *moved, struct srnf_error *error)
+static int take(struct center *center, struct srnf_error *error)
 {
     struct mean_run *run = center->run;
     struct srnf_warp_link link = {SRNF_WARP_EXP_INVERSE, run->degree, center->potentials};
@@ -296,9 +297,7 @@ static int take(struct center *center, double *moved, struct srnf_error *error)
         }
         take_back(center);
         linear_scale(2 * center->count, 0.5, center->potentials);
-        *moved *= 0.5;
     }
-    *moved = 0.0;
     status = move_center(run, &none, error);
     return status ? status : penalize_all(run, error);
 }
@@ -315,9 +314,10 @@ static int create(struct center *center, struct mean_run *run)
         center->displacement = o->penalty_displacement;
     }
     center->penalized = center->jacobian > 0.0 || center->displacement > 0.0;
-    if (!(center->displacement > 0.0)) { /* keeps the second derivative positive */
-        center->displacement = center->penalized ? center->jacobian : 1.0;
+    if (!center->penalized) {
+        center->displacement = 1.0;
     }
+    center->stiffness = center->displacement > 0.0 ? center->displacement : center->jacobian;
     center->moments = srnf_alloc(
         (3 * count + 1) * blocks + 2 * count + 4 * run->points + 5 * run->padded, sizeof(double));
     if (!center->moments) {
@@ -335,20 +335,24 @@ static int create(struct center *center, struct mean_run *run)
     return SRNF_OK;
 }
 
-int mean_center(struct mean_run *run, double *moved, struct srnf_error *error)
+int mean_center(struct mean_run *run, struct srnf_error *error)
 {
     struct center center;
     int status = create(&center, run);
 
-    *moved = 0.0;
     status = status ? status : gather(&center, error);
     if (status == SRNF_OK) {
         status = stats_run(run->context, mean_blocks(run), differentiate_block, &center,
                            (struct stats_progress){0}, error);
     }
     if (status == SRNF_OK) {
-        *moved = find_step(&center);
-        status = *moved > ROUNDING ? take(&center, moved, error) : SRNF_OK;
+        double step = find_step(&center);
+
+        if (!isfinite(step)) {
+            status = srnf_fail(error, SRNF_ENUMERIC, -1, "the step of the centre is not finite");
+        } else if (step > ROUNDING) {
+            status = take(&center, error);
+        }
     }
     srnf_free(center.moments);
     return status;

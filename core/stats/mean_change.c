@@ -107,6 +107,7 @@ double mean_change(const struct mean_run *run)
     const struct srnf_grid *grid = srnf_sht_grid(run->view);
     double square = srnf_inner_product(grid, run->centred, run->centred);
 
-    return square > 0.0 ? sqrt(stats_distance2(grid, run->centred, run->old_centred) / square)
-                        : 0.0;
+    /* what is no number stays that: it is no convergence */
+    return square == 0.0 ? 0.0
+                         : sqrt(stats_distance2(grid, run->centred, run->old_centred) / square);
 }

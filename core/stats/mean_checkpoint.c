@@ -14,7 +14,8 @@
  *   u64          iterations done, k
  *   u64          1: the subjects have been registered
  *   u64          1: their chains are in scratch (mean_spill.c)
- *   u64 x 2      looks that moved subjects, and iterations before the last of them (mean_anew.c)
+ *   u64 x 3      1: no look is due any more; looks that moved subjects, and iterations before the
+ *                last of them (mean_anew.c)
  *   double[k][4] history: change, variance, objective, seconds
  *   double[3][n_theta][n_phi]  the mean
  *   chain        the centring
@@ -35,8 +36,8 @@
 #include <math.h>
 #include <string.h>
 
-#define VERSION 5
-#define HEAD_BYTES ((size_t)12 * 8) /* with the sum at the end */
+#define VERSION 6
+#define HEAD_BYTES ((size_t)13 * 8) /* with the sum at the end */
 #define LINK_DEGREE_MAX 64
 #define FNV_START UINT64_C(14695981039346656037)
 #define FNV_PRIME UINT64_C(1099511628211)
@@ -182,6 +183,7 @@ int mean_checkpoint_write(const struct mean_run *run, struct mean_bytes *bytes)
     put_u64(bytes, run->iterations);
     put_u64(bytes, run->started);
     put_u64(bytes, run->spill != NULL);
+    put_u64(bytes, run->settled);
     put_u64(bytes, run->looks);
     put_u64(bytes, run->anew);
     for (size_t k = 0; k < run->iterations; k++) {
@@ -389,6 +391,7 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
     uint64_t iterations;
     uint64_t started;
     uint64_t spilled;
+    uint64_t settled;
     int status;
 
     if (why) {
@@ -397,17 +400,19 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
     iterations = get_u64(&reader);
     started = get_u64(&reader);
     spilled = get_u64(&reader);
+    settled = get_u64(&reader);
     run->looks = (size_t)get_u64(&reader);
     run->anew = (size_t)get_u64(&reader);
     if (spilled != (run->spill != NULL)) {
         return srnf_fail(error, SRNF_EINVAL, -1,
                          "the bytes to resume from have their chains elsewhere");
     }
-    if (started != (run->registered && iterations > 0) || run->anew > iterations ||
+    if (settled > 1 || started != (run->registered && iterations > 0) || run->anew > iterations ||
         run->looks > run->anew || (run->looks == 0) != (run->anew == 0)) {
         return srnf_fail(error, SRNF_EINVAL, -1, "the bytes to resume from contradict themselves");
     }
     run->started = started == 1;
+    run->settled = settled == 1;
     if (iterations > reader.words / 4 || iterations > run->history_capacity) {
         return srnf_fail(error, SRNF_EINVAL, -1,
                          "the bytes to resume from have more iterations than are allowed");

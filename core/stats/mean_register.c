@@ -110,5 +110,8 @@ int mean_register_all(struct mean_run *run, struct stats_progress progress,
     if (status == SRNF_OK) {
         mean_adopt(run, mean_variance_about(run, run->average));
     }
+    if (status == SRNF_OK && !isfinite(run->variance)) {
+        return srnf_fail(error, SRNF_ENUMERIC, -1, "the variance about the mean is not finite");
+    }
     return status;
 }

@@ -107,7 +107,8 @@ struct srnf_mean_options srnf_mean_options_defaults(void);
 struct srnf_mean_iteration {
     double change;    /* ||mu_k - mu_k-1|| / ||mu_k||, as parameterized from the centre */
     double variance;  /* mean squared distance to the mean q */
-    double objective; /* variance / mean of ||q_i||^2 + mean penalty: never rises */
+    double objective; /* variance / mean of ||q_i||^2 + mean penalty: never rises where domains are
+                         warped; rotations alone are sought from nothing each time */
     double seconds;
 };
 struct srnf_mean {

@@ -14,6 +14,7 @@
 #define MEMBERS ((size_t)16)
 #define BUMPS ((size_t)5)
 #define POSES ((uint64_t)4)
+#define TURNING_POSE ((uint64_t)2) /* in which members are turned */
 
 /* An ellipsoid of three different axes with bumps: the same way round but for these. */
 static struct {
@@ -111,9 +112,29 @@ static void does_not_depend_on_poses(void **state)
     figure_below("objectives in other poses", most / least - 1.0, 0.02);
 }
 
+/* At rest with its last iteration: a mean whose members have just been turned has not converged. */
+static void looks_after_the_last_iteration(void **state)
+{
+    const struct srnf_register_options registration = srnf_register_options_defaults();
+    struct srnf_mean_options options = srnf_mean_options_defaults();
+    struct srnf_mean mean;
+    struct group g;
+
+    (void)state;
+    open_posed(&g, TURNING_POSE);
+    options.registration = &registration;
+    options.max_iterations = 1;
+    options.tolerance = 10.0; /* any change is rest */
+    assert_int_equal(srnf_karcher_mean(g.sht, MEMBERS, g.surfaces, &options, NULL, &mean, NULL),
+                     SRNF_WNOT_CONVERGED);
+    assert_false(mean.converged);
+    assert_int_equal(mean.iterations, 1);
+    srnf_mean_clear(&mean);
+    group_close(&g);
+}
+
 /* ---- Resumed --------------------------------------------------------------------------------- */
 
-#define TURNING_POSE ((uint64_t)2) /* in which members are turned */
 #define KEPT ((size_t)20)
 
 struct keeper {
@@ -172,6 +193,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(does_not_depend_on_poses),
+        cmocka_unit_test(looks_after_the_last_iteration),
         cmocka_unit_test(goes_on_before_and_after),
     };
 

@@ -1,5 +1,5 @@
 /*
- * mean_look.c - how one subject of a group mean stands to the mean, and the steps of its warp.
+ * mean_stand.c - how one subject of a group mean stands to the mean, and the steps of its warp.
  *
  * By tables (mean_tools.c), or in exact mode without any. Where that fits, q and its derivatives at
  * the points are kept from the step that led there to the next.
