@@ -145,6 +145,20 @@ struct mean_run {
     size_t history_capacity;
 };
 
+#define MEAN_LINK_DEGREE_MAX 64 /* of a link that is read back */
+
+/* Numbers of a link of a chain. */
+static inline size_t mean_link_values(const struct srnf_warp_link *link)
+{
+    return link->kind == SRNF_WARP_ROTATION ? 9 : 2 * srnf_coefficient_count(link->degree);
+}
+
+/* Whether surfaces are rotated, as well as what they are parameterized by. */
+static inline bool mean_rotates(const struct mean_run *run)
+{
+    return run->registration.rotation && !run->registration.common_pose;
+}
+
 /* Whether warps are refined from one iteration to the next, not only rotated anew. */
 static inline bool mean_is_warped(const struct mean_run *run)
 {

@@ -38,7 +38,6 @@
 
 #define VERSION 6
 #define HEAD_BYTES ((size_t)13 * 8) /* with the sum at the end */
-#define LINK_DEGREE_MAX 64
 #define FNV_START UINT64_C(14695981039346656037)
 #define FNV_PRIME UINT64_C(1099511628211)
 
@@ -93,11 +92,6 @@ static uint64_t digest(const struct mean_run *run)
     return mean_hash_landmarks(run, hash);
 }
 
-static size_t link_values(const struct srnf_warp_link *link)
-{
-    return link->kind == SRNF_WARP_ROTATION ? 9 : 2 * srnf_coefficient_count(link->degree);
-}
-
 /* ---- Writing --------------------------------------------------------------------------------- */
 
 static void put_u64(struct mean_bytes *bytes, uint64_t x)
@@ -122,7 +116,7 @@ static void put_chain(struct mean_bytes *bytes, const struct srnf_warp *warp)
 
         put_u64(bytes, (uint64_t)link->kind);
         put_u64(bytes, link->kind == SRNF_WARP_ROTATION ? 0 : link->degree);
-        put_doubles(bytes, link_values(link), link->values);
+        put_doubles(bytes, mean_link_values(link), link->values);
     }
 }
 
@@ -132,7 +126,7 @@ static size_t chain_words(const struct srnf_warp *warp)
     size_t words = 1;
 
     for (size_t k = 0; k < warp->n_links; k++) {
-        words += 2 + link_values(&warp->links[k]);
+        words += 2 + mean_link_values(&warp->links[k]);
     }
     return words;
 }
@@ -255,12 +249,12 @@ static int read_link(struct reader *reader, struct srnf_warp_link *link)
     uint64_t degree = get_u64(reader);
     size_t count;
 
-    if (!reader->good || kind > SRNF_WARP_EXP_INVERSE || degree > LINK_DEGREE_MAX) {
+    if (!reader->good || kind > SRNF_WARP_EXP_INVERSE || degree > MEAN_LINK_DEGREE_MAX) {
         return SRNF_EINVAL;
     }
     link->kind = (enum srnf_warp_kind)kind;
     link->degree = (size_t)degree;
-    count = link_values(link);
+    count = mean_link_values(link);
     if (count > reader->words) {
         return SRNF_EINVAL;
     }

@@ -140,11 +140,6 @@ SRNF_HOT static double sum_weighted(const struct tabulated_target *t, const doub
     return SIMD_SUM(sum);
 }
 
-static bool rotates(const struct mean_run *run)
-{
-    return run->registration.rotation && !run->registration.common_pose;
-}
-
 static void set_identity(double m[9])
 {
     for (size_t i = 0; i < 9; i++) {
@@ -159,7 +154,7 @@ void mean_penalty_at(const struct mean_run *run, const double *const point[3], c
     double b[9];
 
     set_identity(at->displacement);
-    if (rotates(run)) {
+    if (mean_rotates(run)) {
         sum_moments(&run->aim, ratio, run->aim.node, point, b);
         (void)registration_closest_rotation(b, at->displacement);
     }
@@ -179,7 +174,7 @@ void mean_stand_at(const struct mean_run *run, const struct cloud *cloud, struct
     const double *const point[3] = {cloud->point[0], cloud->point[1], cloud->point[2]};
     double b[9];
 
-    if (rotates(run)) {
+    if (mean_rotates(run)) {
         sum_moments(&run->aim, cloud->jacobian, run->aim.q, q, b);
         (void)registration_closest_rotation(b, at->rotation);
     }

@@ -21,24 +21,18 @@
 
 #include <string.h>
 
-#define CHAIN_BYTES 1e5 /* of a chain, about, for the decision alone */
-#define LINK_DEGREE_MAX 64
+#define CHAIN_BYTES 1e5               /* of a chain, about, for the decision alone */
 #define PIECE_MAX UINT64_C(100000000) /* numbers */
 #define HEAD ((size_t)2)              /* numbers of a link before its values */
 
 /* ---- Chains as numbers ----------------------------------------------------------------------- */
-
-static size_t link_values(const struct srnf_warp_link *link)
-{
-    return link->kind == SRNF_WARP_ROTATION ? 9 : 2 * srnf_coefficient_count(link->degree);
-}
 
 size_t mean_chain_size(const struct srnf_warp *chain)
 {
     size_t count = 0;
 
     for (size_t k = 0; k < chain->n_links; k++) {
-        count += HEAD + link_values(&chain->links[k]);
+        count += HEAD + mean_link_values(&chain->links[k]);
     }
     return count;
 }
@@ -50,8 +44,8 @@ void mean_chain_write(const struct srnf_warp *chain, double *numbers)
 
         numbers[0] = (double)link->kind;
         numbers[1] = link->kind == SRNF_WARP_ROTATION ? 0.0 : (double)link->degree;
-        linear_copy(link_values(link), link->values, numbers + HEAD);
-        numbers += HEAD + link_values(link);
+        linear_copy(mean_link_values(link), link->values, numbers + HEAD);
+        numbers += HEAD + mean_link_values(link);
     }
 }
 
@@ -61,12 +55,12 @@ static bool is_link(const double *numbers, size_t left, struct srnf_warp_link *l
     bool rotation = left >= HEAD && numbers[0] == (double)SRNF_WARP_ROTATION;
     bool step = left >= HEAD && numbers[0] == (double)SRNF_WARP_EXP;
 
-    if ((!rotation && !step) || !(numbers[1] >= 0.0 && numbers[1] <= LINK_DEGREE_MAX)) {
+    if ((!rotation && !step) || !(numbers[1] >= 0.0 && numbers[1] <= MEAN_LINK_DEGREE_MAX)) {
         return false;
     }
     *link = (struct srnf_warp_link){.kind = rotation ? SRNF_WARP_ROTATION : SRNF_WARP_EXP,
                                     .degree = (size_t)numbers[1]};
-    return link_values(link) <= left - HEAD;
+    return mean_link_values(link) <= left - HEAD;
 }
 
 int mean_chain_read(const double *numbers, size_t count, struct srnf_warp *chain)
@@ -78,7 +72,7 @@ int mean_chain_read(const double *numbers, size_t count, struct srnf_warp *chain
         if (warp_append(chain, link.kind, link.degree, numbers + at + HEAD)) {
             return SRNF_ENOMEM;
         }
-        at += HEAD + link_values(&link);
+        at += HEAD + mean_link_values(&link);
     }
     return at == count ? SRNF_OK : SRNF_EIO;
 }

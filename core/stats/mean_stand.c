@@ -105,11 +105,6 @@ static int stand(const struct mean_run *run, size_t i, struct mean_tools *tools,
 
 /* ---- Gauss-Newton steps ---------------------------------------------------------------------- */
 
-static bool has_free_rotation(const struct mean_run *run)
-{
-    return run->registration.rotation && !run->registration.common_pose;
-}
-
 /* step <- (H + damping)^-1 step, in exact mode. */
 static bool solve_directly(const struct level *level, size_t unknowns, double curvature,
                            double *damping, double *factor, double *step)
@@ -128,7 +123,7 @@ static int find_step_directly(const struct mean_run *run, size_t i, const struct
     struct problem problem = {.target = {run->points, run->nodes, run->weight, run->target,
                                          run->norm2, run->reference, run->area},
                               .moving = &tools->moving,
-                              .free_rotation = has_free_rotation(run)};
+                              .free_rotation = mean_rotates(run)};
     size_t k = registration_unknowns(run->degree);
     double *factor = srnf_alloc(k * k + k, sizeof(double));
     struct warp warp = {.n = run->points};
@@ -162,7 +157,7 @@ static int find_step(const struct mean_run *run, size_t i, struct mean_tools *to
     const struct tabulated_problem problem = {&run->aim,
                                               &tools->table,
                                               {o->penalty_jacobian, o->penalty_displacement},
-                                              has_free_rotation(run)};
+                                              mean_rotates(run)};
     struct cloud *cloud = &place->from;
     double *rhs = place->vectors;
     double torque[3], curvature;

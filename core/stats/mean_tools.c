@@ -76,9 +76,7 @@ static int matrix_create(const struct mean_run *run, const struct tabulated_movi
 /* Unknowns that are free: those of the value rotation come last. */
 static size_t free_unknowns(const struct mean_run *run, const struct mean_matrix *m)
 {
-    bool rotates = run->registration.rotation && !run->registration.common_pose;
-
-    return rotates ? m->unknowns : m->unknowns - 3;
+    return mean_rotates(run) ? m->unknowns : m->unknowns - 3;
 }
 
 /* The factor for a rung of the damping of gradients. Fields without divergence, and the value
