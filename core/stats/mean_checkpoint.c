@@ -38,7 +38,6 @@
 
 #define VERSION 6
 #define HEAD_BYTES ((size_t)13 * 8) /* with the sum at the end */
-#define FNV_START UINT64_C(14695981039346656037)
 #define FNV_PRIME UINT64_C(1099511628211)
 
 static const unsigned char magic[8] = {'s', 'r', 'n', 'f', 'm', 'e', 'a', 'n'};
@@ -59,37 +58,13 @@ static uint64_t bits_of(double x)
     return bits;
 }
 
-static uint64_t hash_u64(uint64_t hash, uint64_t x)
-{
-    for (unsigned shift = 0; shift < 64; shift += 8) {
-        hash = (hash ^ ((x >> shift) & 0xff)) * FNV_PRIME;
-    }
-    return hash;
-}
-
+/* Of all that the run was started with. */
 static uint64_t digest(const struct mean_run *run)
 {
-    const struct srnf_register_options *o = &run->registration;
-    size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(run->sht));
-    uint64_t hash = FNV_START;
-    uint64_t flags = (uint64_t)run->registered | (uint64_t)o->rotation << 1 |
-                     (uint64_t)o->reparameterization << 2 | (uint64_t)o->common_pose << 3 |
-                     (uint64_t)o->exact << 4;
+    uint64_t hash =
+        stats_series(run->work, STATS_STATE_MEAN, run->n, run->surfaces, &run->registration);
 
-    hash = hash_u64(hash, srnf_sht_degree(run->sht));
-    hash = hash_u64(hash, (uint64_t)run->grid->kind);
-    hash = hash_u64(hash, flags);
-    hash = hash_u64(hash, o->degree);
-    hash = hash_u64(hash, (uint64_t)o->start);
-    hash = hash_u64(hash, o->max_steps);
-    hash = hash_u64(hash, bits_of(o->penalty_jacobian));
-    hash = hash_u64(hash, bits_of(o->penalty_displacement));
-    for (size_t i = 0; i < run->n; i++) {
-        for (size_t k = 0; k < count; k++) {
-            hash = hash_u64(hash, bits_of(run->surfaces[i][k]));
-        }
-    }
-    return mean_hash_landmarks(run, hash);
+    return mean_hash_landmarks(run, stats_hash(hash, run->registered));
 }
 
 /* ---- Writing --------------------------------------------------------------------------------- */
@@ -198,7 +173,7 @@ int mean_checkpoint_write(const struct mean_run *run, struct mean_bytes *bytes)
             put_chain(bytes, &run->subjects[i].warp);
         }
     }
-    put_u64(bytes, hash_bytes(FNV_START, bytes->data, bytes->size));
+    put_u64(bytes, hash_bytes(STATS_HASH_START, bytes->data, bytes->size));
     return SRNF_OK;
 }
 
@@ -353,7 +328,7 @@ static const char *refuse(const struct mean_run *run, const unsigned char *bytes
         return "are not a checkpoint of a mean";
     }
     sum.next = bytes + size - 8;
-    if (get_u64(&sum) != hash_bytes(FNV_START, bytes, size - 8)) {
+    if (get_u64(&sum) != hash_bytes(STATS_HASH_START, bytes, size - 8)) {
         return "are damaged";
     }
     *reader = (struct reader){bytes + sizeof magic, size / 8 - 2, true};

@@ -147,7 +147,8 @@ enum stats_kept {
     STATS_KEPT_NORMS = 5,
     STATS_KEPT_VISITS = 6,
     STATS_KEPT_REGISTERED = 7,
-    STATS_KEPT_SPILLED = 8
+    STATS_KEPT_SPILLED = 8,
+    STATS_STATE_MEAN = 9
 };
 /* The series of what is computed of surfaces so registered, for the two below. what tells apart
    what else is computed of them. */
