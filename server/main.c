@@ -27,21 +27,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
-
-/* Connections are descriptors: as many as the system lets the process have. */
-static void raise_descriptor_limit(void)
-{
-    struct rlimit limit;
-
-    if (getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < limit.rlim_max) {
-        limit.rlim_cur = limit.rlim_max;
-        (void)setrlimit(RLIMIT_NOFILE, &limit);
-    }
-}
 
 /* What must be set once, before any thread exists. */
 static int prepare_process(sigset_t *signals)
@@ -52,7 +40,6 @@ static int prepare_process(sigset_t *signals)
     (void)sigaddset(signals, SIGHUP);
     signals_await(signals);
     (void)signal(SIGPIPE, SIG_IGN);
-    raise_descriptor_limit();
     fftw_make_planner_thread_safe();
     openblas_set_num_threads(1);
     json_memory_watch();

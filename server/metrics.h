@@ -24,6 +24,7 @@ enum metric {
     METRIC_HTTP_REFUSALS,         /* code */
     METRIC_HTTP_ACCEPTED,         /* connections */
     METRIC_HTTP_CONNECTIONS,      /* place: waiting, serving */
+    METRIC_HTTP_CONNECTIONS_MAX,  /* place */
     METRIC_HTTP_CUT,              /* reason: late, abandoned, crowded, displaced */
     METRIC_HTTP_IN_PROGRESS,      /* requests */
     METRIC_HTTP_STREAMS,          /* of server-sent events */

@@ -10,15 +10,15 @@
  * them through. With TLS that holds for every request: a connection is handed over when its first
  * record is there.
  *
- * When more than max_waiting connections wait, the one that has waited longest goes, unless its
- * head has come meanwhile: whoever sends a request when it connects is never kept out by those who
- * do not. Whether a head has a token that holds is judged here, too, before there is a place for
- * it: that takes microseconds, and no more heads are unjudged than wait. A head must come in
- * header_seconds and in PIECES_MAX pieces. With all max_connections in use another one gives way
- * (slots.c); where none does, a request is answered 503 here. An answer closes its connection in
- * good order: what the client still sends is passed over for a moment, since closing a socket with
- * unread bytes would take the answer back (front_waiting.c). Connections that libmicrohttpd's
- * threads close so, they give to the front (front_linger).
+ * When more than max_waiting connections wait, or descriptors run out, the one that has waited
+ * longest goes, unless its head has come meanwhile: whoever sends a request when it connects is
+ * never kept out by those who do not. Whether a head has a token that holds is judged here, too,
+ * before there is a place for it: that takes microseconds, and no more heads are unjudged than
+ * wait. A head must come in header_seconds and in PIECES_MAX pieces. With all max_connections in
+ * use another one gives way (slots.c); where none does, a request is answered 503 here. An answer
+ * closes its connection in good order: what the client still sends is passed over for a moment,
+ * since closing a socket with unread bytes would take the answer back (front_waiting.c).
+ * Connections that libmicrohttpd's threads close so, they give to the front (front_linger).
  *
  * All of this belongs to the one thread. The one lock that it takes is http->mutex, for slots.c and
  * for the list of those that are given to it. It never blocks on a client: an answer is one send
@@ -180,6 +180,19 @@ static bool take_in(struct front *front, int fd, const struct sockaddr_storage *
     return true;
 }
 
+/* Descriptors ran out, whatever took them: the connection that has waited longest goes, one that is
+   closing before others. False: none waits. */
+static bool free_descriptor(struct front *front)
+{
+    struct waiting *w = front->answered.first ? front->answered.first : front->heads.first;
+
+    if (w) {
+        metrics_add(front->http->config.metrics, METRIC_HTTP_CUT, METRIC_LABELS("crowded"), 1);
+        front_hang_up(front, w);
+    }
+    return w != NULL;
+}
+
 /* Takes what is there. False when the descriptors ran out. */
 static bool accept_all(struct front *front)
 {
@@ -189,6 +202,9 @@ static bool accept_all(struct front *front)
         int fd = accept4(front->http->listen_fd, (struct sockaddr *)&peer, &length,
                          SOCK_NONBLOCK | SOCK_CLOEXEC);
 
+        if (fd < 0 && (errno == EMFILE || errno == ENFILE) && free_descriptor(front)) {
+            continue;
+        }
         if (fd < 0) {
             return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
         }

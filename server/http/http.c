@@ -209,6 +209,10 @@ int http_start(struct http **out, const struct http_config *config, char *messag
         return -1;
     }
     metrics_watch(http->config.metrics, METRIC_HTTP_IN_PROGRESS, &http->n_exchanges);
+    metrics_set(http->config.metrics, METRIC_HTTP_CONNECTIONS_MAX, METRIC_LABELS("serving"),
+                (double)http->config.max_connections);
+    metrics_set(http->config.metrics, METRIC_HTTP_CONNECTIONS_MAX, METRIC_LABELS("waiting"),
+                (double)http->config.max_waiting);
     *out = http;
     return 0;
 }

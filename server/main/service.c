@@ -16,6 +16,7 @@
 #include "api/handler.h"
 #include "api/routes.h"
 #include "clock.h"
+#include "descriptors.h"
 #include "jobs/fault.h"
 #include "log.h"
 #include "priority.h"
@@ -186,6 +187,37 @@ static struct http_config http_settings(const struct config *config)
                                 .cors_origins = config->cors_origins};
 }
 
+/* So that connections, each a descriptor, leave room for files. */
+static void fit_connections(const struct service *service, const struct config *config,
+                            struct http_config *http)
+{
+    struct descriptors fitted = {.limit = descriptors_raise(),
+                                 .threads = jobs_worker_count(service->jobs) +
+                                            JOBS_EXPRESS_THREADS + http->request_threads +
+                                            http->upload_threads + 1,
+                                 .connections = http->max_connections,
+                                 .waiting = http->max_waiting};
+    size_t needed = descriptors_needed(&fitted);
+    char message[300];
+
+    if (!descriptors_fit(&fitted)) {
+        return;
+    }
+    http->max_connections = fitted.connections;
+    http->max_waiting = fitted.waiting;
+    (void)snprintf(message, sizeof message,
+                   "the limit of open files leaves room for %zu connections with a request and %zu "
+                   "without one, of %.0f and %.0f; for all of them it must be %zu: LimitNOFILE in "
+                   "the unit, or ulimit -Hn",
+                   fitted.connections, fitted.waiting, config->max_connections, config->max_waiting,
+                   needed);
+    LOG_WARN("connections-fitted", log_text("message", message),
+             log_number("maxConnections", (double)fitted.connections),
+             log_number("maxWaiting", (double)fitted.waiting),
+             log_number("openFiles", (double)fitted.limit),
+             log_number("neededOpenFiles", (double)needed));
+}
+
 int service_start(struct service *service, const struct config *config, char *message, size_t size)
 {
     char reason[300] = "";
@@ -220,6 +252,7 @@ int service_start(struct service *service, const struct config *config, char *me
         return -1;
     }
     http.api = service->api;
+    fit_connections(service, config, &http);
     if (http_start(&service->http, &http, message, size) != 0) {
         return -1;
     }

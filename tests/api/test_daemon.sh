@@ -137,4 +137,68 @@ kill -CONT "$SERVER_PID"
 wait_server "$SERVER_PID" 20
 is "$SERVER_STATUS" 0 'and SIGTERM ends it well'
 
+# A limit of open files below what all connections need: they are fitted to it, and idle ones lock nobody out.
+limited() { # LIMIT-OPTIONS DATA: start_server within a limit of open files
+    printf '#!/bin/sh\nulimit %s && exec "%s" "$@"\n' "$1" "$SRNFD" >"$SCRATCH/limited"
+    chmod +x "$SCRATCH/limited"
+    SRNFD=$SCRATCH/limited start_server "$2" --workers 1 --access-log refusals
+}
+fitted() { # MEMBER of the line that tells
+    jq -r "select(.event == \"connections-fitted\") | $1" "$SERVER_LOG"
+}
+silent_crowd() { # CONNECTIONS that say nothing; CROWD holds them, and others are answered meanwhile
+    : >"$SCRATCH/crowd"
+    /usr/bin/python3 - "${URL#http://}" "$1" >"$SCRATCH/crowd" <<'END' &
+import resource, socket, sys, time
+resource.setrlimit(resource.RLIMIT_NOFILE, (4000, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
+host, port = sys.argv[1].split(':')
+crowd = [socket.create_connection((host, int(port)), 10) for _ in range(int(sys.argv[2]))]
+print('here', flush=True)
+time.sleep(60)
+END
+    CROWD=$!
+    for _ in $(seq 400); do
+        [ -s "$SCRATCH/crowd" ] && break
+        sleep 0.05
+    done
+    is "$(cat "$SCRATCH/crowd")" here "$1 connections that say nothing come"
+    for _ in 1 2 3; do
+        get /healthz --max-time 3
+        is "$STATUS" 200 '  and others are answered at once'
+    done
+}
+disperse() {
+    kill "$CROWD"
+    wait "$CROWD" 2>/dev/null
+}
+connections_limit() { # PLACE
+    get /metrics
+    awk -v name="srnfd_http_connections_limit{place=\"$1\"}" '$1 == name { print $2 }' "$BODY"
+}
+if [ "$(ulimit -Hn)" != unlimited ] && [ "$(ulimit -Hn)" -lt 12000 ]; then
+    skip 'connections are fitted to the limit of open files' 'the limit here is below 12,000'
+else
+    limited '-n 1024' "$SCRATCH/fitted" || exit 1
+    like "$(fitted .message)" 'LimitNOFILE.*ulimit -Hn' 'with few open files a line says what to do'
+    is "$(fitted .openFiles)" 1024 '  and how many there are'
+    compare "$(fitted .maxConnections)" '>=' 128 '  and what is left of the connections'
+    compare "$(fitted .maxWaiting)" '>=' 64 '  and of those that wait'
+    compare "$(fitted '2 * (.maxWaiting + .maxConnections)')" '<' 900 '  with room for files'
+    is "$(connections_limit serving)" "$(fitted .maxConnections)" '  and so do the metrics'
+    is "$(connections_limit waiting)" "$(fitted .maxWaiting)" '  of both'
+    silent_crowd 1500
+    post '/v1/meshes?format=ply' --max-time 10 --data-binary "@tests/data/aal_subcortex/L_thalamus.ply"
+    is "$STATUS" 201 '  and there are files to store what they send'
+    is "$(grep -c no-descriptors "$SERVER_LOG")" 0 '  as descriptors never ran out'
+    disperse
+    prlimit --pid "$SERVER_PID" --nofile=100
+    silent_crowd 200
+    disperse
+    stop_server || not_ok 'the server ends well'
+    limited '-Sn 256' "$SCRATCH/fitted" || exit 1
+    is "$(fitted .event)" '' 'a soft limit alone is raised'
+    is "$(connections_limit serving) $(connections_limit waiting)" '1024 4096' '  and all connections may come'
+    stop_server || not_ok 'the server ends well'
+fi
+
 done_testing
