@@ -6,7 +6,8 @@
  * reads the directory of a zip as a whole: its entries are counted by their signatures before, and
  * charged to the account of the upload. Every entry's bytes are read and counted, also of those
  * that are refused, so that nothing is unpacked past the limits unseen; and every block asks
- * whether the upload is to stop.
+ * whether the upload is to stop. A zip is judged by its directory before (archive_fits), and no
+ * file in it is read beyond what that says: a small body that unpacks to much is refused at once.
  *
  * Names are UTF-8: the thread has a locale with that encoding while libarchive converts them.
  */
@@ -207,13 +208,33 @@ void archive_close(struct archive_reader *reader)
 
 /* ---- Entries --------------------------------------------------------------------------------- */
 
+/* The bytes that the head of an entry says it has, unpacked. */
+static size_t declared(struct archive_entry *entry)
+{
+    la_int64_t size = archive_entry_size_is_set(entry) ? archive_entry_size(entry) : 0;
+
+    return size < 0 ? SIZE_MAX : (size_t)size;
+}
+
+static enum archive_status too_large(const struct archive_reader *reader, struct archive_file *file)
+{
+    (void)snprintf(file->problem, sizeof file->problem, "%.80s has more than %zu bytes, unpacked",
+                   file->path, reader->limits.file);
+    return ARCHIVE_TOO_MUCH;
+}
+
+static enum archive_status grows(struct archive_reader *reader, struct archive_file *file)
+{
+    *reader->limits.left = 0;
+    return fail(file, ARCHIVE_GROWS, "it unpacks to more bytes than are allowed");
+}
+
 /* Counts what was unpacked. */
 static enum archive_status count(struct archive_reader *reader, size_t bytes,
                                  struct archive_file *file)
 {
     if (bytes > *reader->limits.left) {
-        *reader->limits.left = 0;
-        return fail(file, ARCHIVE_GROWS, "it unpacks to more bytes than are allowed");
+        return grows(reader, file);
     }
     *reader->limits.left -= bytes;
     return jobs_memory_told(jobs_memory_current()) ? ARCHIVE_STOPPED : ARCHIVE_FILE;
@@ -270,11 +291,14 @@ static enum archive_status read_bytes(struct archive_reader *reader, bool keep, 
         }
         file->size += keep ? (size_t)n : 0;
         status = count(reader, (size_t)n, file);
-        if (status == ARCHIVE_FILE && keep && file->size > reader->limits.file) {
+        if (status == ARCHIVE_FILE && reader->is_zip && file->size > expected) {
             (void)snprintf(file->problem, sizeof file->problem,
-                           "%.80s has more than %zu bytes, unpacked", file->path,
-                           reader->limits.file);
-            return ARCHIVE_TOO_MUCH;
+                           "%.80s has more bytes than the %zu that the directory says", file->path,
+                           expected);
+            return ARCHIVE_WRONG;
+        }
+        if (status == ARCHIVE_FILE && keep && file->size > reader->limits.file) {
+            return too_large(reader, file);
         }
         if (status == ARCHIVE_FILE && keep && file->size == capacity &&
             !grow(file, &capacity, most)) {
@@ -323,15 +347,14 @@ static enum archive_status judge(struct archive_reader *reader, struct archive_e
     return ARCHIVE_FILE;
 }
 
-/* One entry; folders are ARCHIVE_REFUSED without a code. */
-static enum archive_status next_entry(struct archive_reader *reader, struct archive_file *file)
+/* Goes on to one entry and judges it; folders are ARCHIVE_REFUSED without a code. */
+static enum archive_status enter(struct archive_reader *reader, struct archive_entry **out,
+                                 struct archive_file *file)
 {
     struct archive_entry *entry;
     int code = archive_read_next_header(reader->archive, &entry);
-    enum archive_status status, judged;
+    enum archive_status status;
     const char *path;
-    la_int64_t size;
-    bool keep;
 
     if (code == ARCHIVE_EOF) {
         return ARCHIVE_AT_END;
@@ -346,19 +369,28 @@ static enum archive_status next_entry(struct archive_reader *reader, struct arch
     }
     path = archive_entry_pathname_utf8(entry);
     path = path ? path : archive_entry_pathname(entry);
-    size = archive_entry_size(entry);
     status = judge(reader, entry, path, file);
     if (archive_entry_filetype(entry) == AE_IFDIR && status == ARCHIVE_REFUSED &&
         strcmp(file->code, "unsafe-path") != 0) {
         file->code = NULL;
+    }
+    *out = entry;
+    return status;
+}
+
+static enum archive_status next_entry(struct archive_reader *reader, struct archive_file *file)
+{
+    struct archive_entry *entry;
+    enum archive_status status = enter(reader, &entry, file), judged = status;
+    bool keep = status == ARCHIVE_FILE;
+
+    if (status > ARCHIVE_PASSED || (status == ARCHIVE_REFUSED && !file->code)) {
         return status;
     }
-    keep = status == ARCHIVE_FILE;
     if (!keep && reader->is_zip) {
         return status; /* what is passed over is not unpacked */
     }
-    judged = status;
-    status = read_bytes(reader, keep, size > 0 ? (size_t)size : 0, file);
+    status = read_bytes(reader, keep, declared(entry), file);
     if (!keep) {
         srnf_free(file->bytes);
         file->bytes = NULL;
@@ -366,14 +398,29 @@ static enum archive_status next_entry(struct archive_reader *reader, struct arch
     return status == ARCHIVE_FILE ? judged : status;
 }
 
-enum archive_status archive_next(struct archive_reader *reader, struct archive_file *file)
+/* One entry by its head alone, counted as if it were read. */
+static enum archive_status foresee(struct archive_reader *reader, struct archive_file *file)
+{
+    struct archive_entry *entry;
+    enum archive_status status = enter(reader, &entry, file);
+
+    if (status == ARCHIVE_FILE && declared(entry) > reader->limits.file) {
+        return too_large(reader, file);
+    }
+    return status == ARCHIVE_FILE ? count(reader, declared(entry), file) : status;
+}
+
+/* The next entry that is no folder. */
+static enum archive_status step(struct archive_reader *reader, struct archive_file *file,
+                                enum archive_status (*entry)(struct archive_reader *,
+                                                             struct archive_file *))
 {
     locale_t before = reader->locale ? uselocale(reader->locale) : (locale_t)0;
     enum archive_status status;
 
     do {
         *file = (struct archive_file){.bytes = NULL};
-        status = next_entry(reader, file);
+        status = entry(reader, file);
     } while (status == ARCHIVE_REFUSED && !file->code);
     if (status != ARCHIVE_FILE) {
         srnf_free(file->bytes);
@@ -382,5 +429,27 @@ enum archive_status archive_next(struct archive_reader *reader, struct archive_f
     if (reader->locale) {
         (void)uselocale(before);
     }
+    return status;
+}
+
+enum archive_status archive_next(struct archive_reader *reader, struct archive_file *file)
+{
+    return step(reader, file, next_entry);
+}
+
+enum archive_status archive_fits(const void *bytes, size_t size,
+                                 const struct archive_limits *limits, struct archive_file *file)
+{
+    size_t left = *limits->left;
+    const struct archive_limits foreseen = {.file = limits->file, .left = &left};
+    enum archive_status status = ARCHIVE_AT_END;
+    struct archive_reader *reader = NULL;
+
+    if (is_zip(bytes, size)) {
+        reader = archive_open(bytes, size, &foreseen, &status, file);
+    }
+    while (reader && (status = step(reader, file, foresee)) <= ARCHIVE_PASSED) {
+    }
+    archive_close(reader);
     return status;
 }

@@ -46,6 +46,10 @@ bool archive_is_one(const void *bytes, size_t size);
    read here; NULL where they begin as none. */
 const char *archive_other(const void *bytes, size_t size);
 
+/* Whether all of a zip fits the limits by what its directory says, of which nothing is unpacked:
+   ARCHIVE_AT_END where it does, and for other archives, or why it cannot be read. */
+enum archive_status archive_fits(const void *bytes, size_t size,
+                                 const struct archive_limits *limits, struct archive_file *file);
 /* Begins to read: bytes are borrowed until it is closed. NULL with a status and file->problem. */
 struct archive_reader *archive_open(const void *bytes, size_t size,
                                     const struct archive_limits *limits,

@@ -161,10 +161,14 @@ static void read_archive(struct import *import, const void *bytes, size_t size, 
     const struct archive_limits limits = {.file = import->call->api->config.max_body,
                                           .left = &import->unpack_left};
     struct search search = {.scattered = false};
-    enum archive_status status = ARCHIVE_AT_END;
     struct archive_file file;
+    enum archive_status status = archive_fits(bytes, size, &limits, &file);
     struct archive_reader *reader;
 
+    if (status != ARCHIVE_AT_END) {
+        answer_archive(import, status, what, &file);
+        return;
+    }
     take_manifest(import, bytes, size, what, &search);
     if (import->answered) {
         return;

@@ -366,6 +366,39 @@ with open(sys.argv[1], "wb") as out:
         at += len(head) + len(name)
     out.write(b"".join(heads))
 PYTHON
+# Nothing is unpacked where the directory of a zip says that it is too much, and no more than it says where that is less
+# than there is: 900 files of 4 MB of zeros that say so, and the same that claim to have 1,000 bytes or none.
+/usr/bin/python3 - "$SCRATCH" <<'PYTHON'
+import struct, sys, zlib
+deflate = zlib.compressobj(9, zlib.DEFLATED, -15)
+size = 4000000
+content = deflate.compress(bytes(size)) + deflate.flush()
+def zip_of(count, claimed, flags=0):
+    heads, directory, at = [], [], 0
+    for i in range(count):
+        name = b'z%05d.off' % i
+        fields = (20, flags, 8, 0, 33, zlib.crc32(bytes(size)), len(content), claimed, len(name), 0)
+        head = struct.pack('<IHHHHHIIIHH', 0x04034B50, *fields) + name + content
+        directory.append(struct.pack('<IHHHHHHIIIHHHHHII', 0x02014B50, 20, *fields, 0, 0, 0, 0, at) + name)
+        heads.append(head)
+        at += len(head)
+    directory = b''.join(directory)
+    return b''.join(heads) + directory + struct.pack('<IHHHHIIH', 0x06054B50, 0, 0, count, count, len(directory), at, 0)
+for name, arguments in (('honest', (900, size)), ('lying', (900, 1000)), ('silent', (900, 0, 8))):
+    with open('%s/%s.zip' % (sys.argv[1], name), 'wb') as out:
+        out.write(zip_of(*arguments))
+PYTHON
+BEFORE=$(used)
+whole "$SCRATCH/honest.zip" 413 body-too-large 'a zip that says it unpacks to more is refused'
+like "$(json .detail)" '^The body: .* 33554432 bytes .* several imports' '  with the way out'
+compare $(($(used) - BEFORE)) '<=' "${SRNFD_SANITIZED:+1}8" '  before any of it is unpacked'
+for kind in lying silent; do
+    whole "$SCRATCH/$kind.zip" 422 unparsable-archive "and one that has more than it says ($kind)"
+    like "$(json .detail)" 'more bytes than .*says' '  which is told'
+done
+(cd "$FILES" && zip -q - s1.off s2.off | cat >"$SCRATCH/streamed.zip")
+import '?cohort=streamed' "$SCRATCH/streamed.zip"
+is "$STATUS $(json '.meshes | length')" '201 2' 'what was packed into a pipe is read'
 printf '7z\274\257\047\034 and more' >"$SCRATCH/x.7z"
 whole "$SCRATCH/x.7z" 422 unparsable-archive 'a 7z is refused'
 like "$(json .detail)" '7z' 'by its name'

@@ -22,6 +22,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (!archive_is_one(data, size)) {
         (void)archive_other(data, size);
     }
+    (void)archive_fits(data, size, &limits, &file);
+    fuzz_require(left == most);
     reader = archive_open(data, size, &limits, &status, &file);
     while (reader &&
            ((status = archive_next(reader, &file)) == ARCHIVE_FILE || status == ARCHIVE_REFUSED)) {
