@@ -239,7 +239,7 @@ int service_start(struct service *service, const struct config *config, char *me
         (void)snprintf(message, size, "--data %.280s: %s", config->data, reason);
         return -1;
     }
-    store_prepared_limit(service->store, (int64_t)config->kept_meshes);
+    store_prepared_limit(service->store, (int64_t)config->kept_meshes, (int64_t)config->least_free);
     watch_faults(service, config);
     if (start_jobs(service, config) != 0) {
         (void)snprintf(message, size, "the workers could not be started");

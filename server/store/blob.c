@@ -20,6 +20,7 @@
 #include "store/internal.h"
 #include "store/files.h"
 #include "store/numbers.h"
+#include "store/prepared_files.h"
 
 #include "store/digest.h"
 #include "store/store.h"
@@ -79,12 +80,32 @@ int store_blobs_open(struct store *store, char *message, size_t message_size)
     return status;
 }
 
+/* Writes the content to its temporary file, which is gone again where that fails. */
+static int write_temporary(struct store *store, const struct store_content *content)
+{
+    int fd =
+        openat(store->blobs_fd, content->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+    int status;
+
+    if (fd < 0) {
+        return store_map_errno(errno);
+    }
+    status = store_write_all(fd, content->bytes, content->size);
+    if (close(fd) != 0 && status == STORE_OK) {
+        status = store_map_errno(errno);
+    }
+    if (status != STORE_OK) {
+        store_blob_unstage(store, content);
+    }
+    return status;
+}
+
 int store_blob_stage(struct store *store, const void *bytes, size_t size,
                      struct store_content *content)
 {
     unsigned char random[16];
     char name[2 * sizeof random + 1];
-    int fd, status;
+    int status;
 
     *content = (struct store_content){.bytes = bytes, .size = size};
     store_sha256_hex(content->hash, bytes, size);
@@ -97,21 +118,15 @@ int store_blob_stage(struct store *store, const void *bytes, size_t size,
     randombytes_buf(random, sizeof random);
     sodium_bin2hex(name, sizeof name, random, sizeof random);
     snprintf(content->temporary, sizeof content->temporary, TEMPORARY "/%s", name);
-    fd = openat(store->blobs_fd, content->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    if (fd < 0) {
-        content->temporary[0] = '\0';
-        return store_map_errno(errno);
-    }
-    status = store_write_all(fd, bytes, size);
-    if (close(fd) != 0 && status == STORE_OK) {
-        status = store_map_errno(errno);
+    status = write_temporary(store, content);
+    if (status == STORE_FULL && prepared_give_way(store, (int64_t)size)) {
+        status = write_temporary(store, content);
     }
     if (status != STORE_OK) {
-        store_blob_unstage(store, content);
+        content->temporary[0] = '\0';
     }
     return status;
 }
-
 int store_scratch_file(const struct store *store, int *status)
 {
     int fd = openat(store->blobs_fd, TEMPORARY, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);

@@ -6,7 +6,9 @@
  *   writer->mutex   rank 40: the queue of writes and the closing flag
  *   readers.mutex   rank 41: the pool's list and its count of connections in use
  *   recent.mutex    rank 42: the slots of recent results
- * They are never held together, nor across a call into SQLite or the file system. The connections
+ *   prepared.evicting  rank 43: the removal of prepared meshes for want of room
+ * They are never held together, nor, but the last, across a call into SQLite or the file system.
+ * The connections
  * need no lock: the writer's belongs to the writer thread, a reader's to whoever has taken it
  * from the pool.
  */
@@ -32,6 +34,7 @@ struct store_maps;  /* store/surface.h */
 #define STORE_APPLICATION_ID 0x53524e46 /* "SRNF" */
 #define STORE_DATABASE_NAME "srnfd.db"
 #define STORE_RESERVE_NAME "reserve"
+#define STORE_PAGE_SIZE 4096 /* of the database */
 /* How long a connection waits for another process, such as the command line tool, that looks into
    the database. */
 #define STORE_BUSY_TIMEOUT_MS 5000
@@ -81,8 +84,8 @@ struct store_recent;
 /* Prepared meshes that are kept (prepared.c). */
 struct store_prepared {
     int fd; /* of their folder; -1: there is none */
-    atomic_llong limit, total;
-    atomic_flag evicting;
+    atomic_llong limit, total, least_free;
+    pthread_mutex_t evicting;
 };
 
 struct store {

@@ -12,14 +12,17 @@
  * owner or numeric build has files of its own, and those of builds that have gone are never read.
  *
  * Reading a file sets its time. Those that were not read for longest go when all together take more
- * than the limit, a tenth of it at once. Each counts for whole pages of 4 KiB.
+ * than the limit, a tenth of it at once. Each counts for whole pages of 4 KiB. They also go where
+ * the disk has no room for a write (blob.c, scratch.c, writer.c), until there is, and where less is
+ * free than is to be left (reserve.c); and none is written that would take of that.
  *
  * A file is removed with its mesh, after the row (store_mesh_drop_derived). Whoever writes one
  * looks for the row once the file has its name: so one of the two removes it. After a crash in
  * between the sweep does.
  *
- * Threads: any. No locks: one thread evicts at a time, others leave it to that one. The total is
- * that of the last look at all files and what came and went since.
+ * Threads: any. Lock: prepared.evicting (rank 43): one thread evicts at a time. Others leave it to
+ * that one, but who needs room waits for it. The total is that of the last look at all files and
+ * what came and went since.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -139,10 +142,12 @@ static void remove_unfinished(void *user, int folder_fd, const char *folder, con
     (void)unlinkat(folder_fd, name, 0);
 }
 
-void store_prepared_limit(struct store *store, int64_t limit)
+void store_prepared_limit(struct store *store, int64_t limit, int64_t least_free)
 {
     struct store_prepared *prepared = &store->prepared;
     int base;
+
+    atomic_store(&prepared->least_free, least_free);
 
     if (prepared->fd < 0) {
         base = open(store->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -235,7 +240,7 @@ int store_prepared_put(struct store *store, const struct store_prepared_key *key
         taken += (int64_t)parts[i].size;
     }
     taken = prepared_taken(taken);
-    if (taken > limit || !path_of(key, path)) {
+    if (taken > limit || !path_of(key, path) || !prepared_fits(store, taken)) {
         return STORE_OK;
     }
     if (store_room(store) != STORE_OK) {

@@ -18,8 +18,10 @@ struct store_part {
 };
 
 /* From now on so many bytes are kept at most, as the files take them on the disk; 0, as after
-   store_open: nothing is kept, and nothing found. What is there beyond the limit goes. */
-void store_prepared_limit(struct store *store, int64_t limit);
+   store_open: nothing is kept, and nothing found. What is there beyond the limit goes; so does, as
+   long as there is any, what a write needs that finds no room, and what leaves less than least_free
+   bytes free on the disk, those not read for longest first. */
+void store_prepared_limit(struct store *store, int64_t limit, int64_t least_free);
 /* Keeps the parts, one after the other, of a mesh and a sphere that are in the store
    (STORE_NOT_FOUND). Not synced: what a crash leaves unfinished is damaged, and so not there. */
 int store_prepared_put(struct store *store, const struct store_prepared_key *key,

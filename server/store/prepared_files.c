@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include "store/prepared.h"
@@ -120,29 +121,77 @@ static int compare_used(const void *a, const void *b)
                                     : strcmp(x->path, y->path);
 }
 
-void prepared_evict(struct store *store)
+/* Removes the oldest: of what is more than limit and a tenth beyond, and excess bytes in any case.
+   Returns whether one went. The mutex is held. */
+static bool remove_oldest(struct store_prepared *prepared, int64_t limit, int64_t excess)
 {
-    struct store_prepared *prepared = &store->prepared;
-    int64_t limit = atomic_load(&prepared->limit);
     struct files files = {.list = NULL};
+    int64_t most;
+    bool removed = false;
 
-    if (atomic_flag_test_and_set(&prepared->evicting)) {
-        return;
-    }
     walk_all(prepared->fd, list_file, &files);
-    if (files.total > limit) {
-        if (files.count > 0) {
-            qsort(files.list, files.count, sizeof *files.list, compare_used);
-        }
-        for (size_t i = 0; i < files.count && files.total > limit - limit / 10; i++) {
-            if (unlinkat(prepared->fd, files.list[i].path, 0) == 0) {
-                files.total -= files.list[i].taken;
-            }
+    most = files.total > limit ? limit - limit / 10 : files.total;
+    most = files.total - excess < most ? files.total - excess : most;
+    if (files.total > most && files.count > 0) {
+        qsort(files.list, files.count, sizeof *files.list, compare_used);
+    }
+    for (size_t i = 0; i < files.count && files.total > most; i++) {
+        if (unlinkat(prepared->fd, files.list[i].path, 0) == 0) {
+            files.total -= files.list[i].taken;
+            removed = true;
         }
     }
     atomic_store(&prepared->total, files.total);
     free(files.list);
-    atomic_flag_clear(&prepared->evicting);
+    return removed;
+}
+
+void prepared_evict(struct store *store)
+{
+    struct store_prepared *prepared = &store->prepared;
+
+    if (pthread_mutex_trylock(&prepared->evicting) == 0) {
+        (void)remove_oldest(prepared, atomic_load(&prepared->limit), 0);
+        pthread_mutex_unlock(&prepared->evicting);
+    }
+}
+
+/* Bytes that are free on the disk beyond what is to be left; below 0: too few. */
+static int64_t spare(struct store *store)
+{
+    int64_t least = atomic_load(&store->prepared.least_free);
+    int64_t pages = STORE_PAGE_SIZE * (int64_t)store_reserve_pages(store);
+    struct statvfs info;
+
+    if (statvfs(store->directory, &info) != 0 || info.f_bavail > INT64_MAX / info.f_frsize) {
+        return INT64_MAX;
+    }
+    return (int64_t)(info.f_bavail * info.f_frsize) - (least > pages ? least : pages);
+}
+
+bool prepared_give_way(struct store *store, int64_t bytes)
+{
+    struct store_prepared *prepared = &store->prepared;
+    int64_t excess;
+    bool removed = false;
+
+    /* Until there is a limit the folder is not open, and another thread may be opening it. */
+    if (atomic_load(&prepared->limit) <= 0 || atomic_load(&prepared->total) <= 0 ||
+        spare(store) >= bytes) {
+        return false;
+    }
+    pthread_mutex_lock(&prepared->evicting);
+    excess = bytes - spare(store); /* another may have seen to it */
+    if (excess > 0) {
+        removed = remove_oldest(prepared, INT64_MAX, excess);
+    }
+    pthread_mutex_unlock(&prepared->evicting);
+    return removed || excess <= 0;
+}
+
+bool prepared_fits(struct store *store, int64_t taken)
+{
+    return spare(store) >= taken;
 }
 
 /* ---- Those that nobody needs ----------------------------------------------------------------- */

@@ -7,7 +7,9 @@
  * removed, the log is copied into the database, which lets it begin anew where it stands, and the
  * write is done again. From then on every write that does not free is refused with STORE_FULL, so
  * that what was let go serves deletions alone, until there is room for the file again: that is
- * tried every RETRY_MS, and nobody needs to restart the daemon.
+ * tried every RETRY_MS, and nobody needs to restart the daemon. Before any of this, prepared meshes
+ * give way, a cache (prepared.c): when a write finds no room, and, looked at every RETRY_MS, where
+ * less is free than the reserve has or the service is to keep free.
  *
  * The room is for the pages by which that copy makes the database longer: no more than the log has,
  * which is copied whenever it has grown by what the reserve has (writer.c). After it, deletions
@@ -20,6 +22,7 @@
  */
 #include "store/internal.h"
 #include "store/files.h"
+#include "store/prepared_files.h"
 
 #include "store/store.h"
 
@@ -34,7 +37,6 @@
 #define RESERVE_MAX (8 * 1024 * 1024)
 #define RESERVE_PART 32           /* of the file system */
 #define RESERVE_LEAST (64 * 1024) /* enough for a start */
-#define PAGE_SIZE 4096            /* of the database */
 #define RETRY_MS 500
 
 static int64_t monotonic_ms(void)
@@ -86,10 +88,14 @@ void store_reserve_take(struct store *store)
     int64_t now = monotonic_ms();
     int directory;
 
-    if (atomic_load(&store->reserve) == STORE_OK || now - store->reserve_tried_ms < RETRY_MS) {
+    if (now - store->reserve_tried_ms < RETRY_MS) {
         return;
     }
     store->reserve_tried_ms = now;
+    (void)prepared_give_way(store, 0);
+    if (atomic_load(&store->reserve) == STORE_OK) {
+        return;
+    }
     directory = open_directory(store);
     if (directory >= 0) {
         atomic_store(&store->reserve, take(directory, INT64_MAX));
@@ -130,7 +136,7 @@ int store_reserve_pages(const struct store *store)
     if (directory >= 0) {
         close(directory);
     }
-    return (int)(size / PAGE_SIZE);
+    return (int)(size / STORE_PAGE_SIZE);
 }
 
 bool store_reserve_copies(const struct store *store, sqlite3 *db)

@@ -28,6 +28,7 @@
 
 #include "store/internal.h"
 #include "store/files.h"
+#include "store/prepared_files.h"
 #include "store/scratch.h"
 
 #define FOLDER "scratch"
@@ -36,6 +37,7 @@
 #define LOOK_BYTES (UINT64_C(4) << 20)
 
 struct store_scratch {
+    struct store *store;
     int folder_fd;
     char name[STORE_ID_MAX];
     atomic_int fd;             /* -1: there is no file yet */
@@ -72,6 +74,7 @@ int store_scratch_open(struct store *store, const char *job, bool keep,
     if (!s) {
         return status;
     }
+    s->store = store;
     (void)snprintf(s->name, sizeof s->name, "%s", job);
     atomic_init(&s->fd, -1);
     atomic_init(&s->unlooked, LOOK_BYTES);
@@ -118,7 +121,8 @@ static int descriptor(struct store_scratch *scratch)
     return fd;
 }
 
-static bool has_room(struct store_scratch *scratch, size_t size)
+/* missing: bytes that should be free and are not. */
+static bool has_room(struct store_scratch *scratch, size_t size, int64_t *missing)
 {
     uint64_t unlooked = atomic_fetch_add(&scratch->unlooked, size) + size, free_bytes, least;
     struct statvfs info;
@@ -130,22 +134,18 @@ static bool has_room(struct store_scratch *scratch, size_t size)
     least = (uint64_t)info.f_blocks * info.f_frsize / LEAST_PART;
     least = least < LEAST ? least : LEAST;
     if (free_bytes < least + size) {
+        *missing = (int64_t)(least + size);
         return false; /* and so is the next, which looks again */
     }
     atomic_store(&scratch->unlooked, 0);
     return true;
 }
 
-int store_scratch_write(struct store_scratch *scratch, uint64_t offset, const void *bytes,
-                        size_t size)
+static int write_all(struct store_scratch *scratch, uint64_t offset, const void *bytes, size_t size)
 {
     const unsigned char *from = bytes;
-    int fd;
+    int fd = descriptor(scratch);
 
-    if (!has_room(scratch, size)) {
-        return STORE_FULL;
-    }
-    fd = descriptor(scratch);
     if (fd < 0) {
         return store_map_errno(errno);
     }
@@ -162,6 +162,24 @@ int store_scratch_write(struct store_scratch *scratch, uint64_t offset, const vo
         }
     }
     return STORE_OK;
+}
+
+int store_scratch_write(struct store_scratch *scratch, uint64_t offset, const void *bytes,
+                        size_t size)
+{
+    int64_t missing = 0;
+    int status;
+
+    /* Prepared meshes give way, where they are on the same disk. */
+    if (!has_room(scratch, size, &missing) &&
+        !(prepared_give_way(scratch->store, missing) && has_room(scratch, 0, &missing))) {
+        return STORE_FULL;
+    }
+    status = write_all(scratch, offset, bytes, size);
+    if (status == STORE_FULL && prepared_give_way(scratch->store, (int64_t)size)) {
+        status = write_all(scratch, offset, bytes, size);
+    }
+    return status;
 }
 
 int store_scratch_read(struct store_scratch *scratch, uint64_t offset, void *bytes, size_t size)

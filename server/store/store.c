@@ -86,6 +86,7 @@ static void release(struct store *store)
         close(store->lock_fd);
     }
     store_recent_destroy(store->recent);
+    pthread_mutex_destroy(&store->prepared.evicting);
     free(store->database);
     free(store->directory);
     free(store);
@@ -115,6 +116,7 @@ int store_open(struct store **out, const char *directory, char *message, size_t 
     }
     store->lock_fd = store->blobs_fd = store->prepared.fd = -1;
     atomic_init(&store->reserve, STORE_FULL);
+    pthread_mutex_init(&store->prepared.evicting, NULL);
     store->reserve_tried_ms = INT64_MIN / 2;
     if (sodium_init() < 0) {
         snprintf(message, message_size, "the system gives no random bytes");

@@ -24,6 +24,7 @@
  * runs.
  */
 #include "store/internal.h"
+#include "store/prepared_files.h"
 
 #include "store/store.h"
 
@@ -34,6 +35,7 @@
 #include <time.h>
 
 #define GROUP_MAX 64
+#define ROOM_FIRST (INT64_C(1) << 20) /* of what gives way to a write */
 #define IDLE_MS 200
 #define PURGE_MS 200          /* that emptying the log waits for readers */
 #define PAGES_FAR (64 * 2048) /* where waiting for readers is better than growing on */
@@ -220,11 +222,16 @@ static void purge(struct store *store)
     sqlite3_busy_timeout(writer->db, STORE_BUSY_TIMEOUT_MS);
 }
 
-/* Runs a write alone, with the reserve where it frees and finds no room. */
+/* Runs a write alone. Where it finds no room, prepared meshes give way, for ever more since nobody
+   knows what it needs; and where it frees it has the reserve. */
 static void run_alone(struct store *store, struct store_write *write)
 {
     int status = run_group(store, write);
 
+    for (int64_t bytes = ROOM_FIRST; status == STORE_FULL && prepared_give_way(store, bytes);
+         bytes *= 2) {
+        status = run_group(store, write);
+    }
     if (status == STORE_FULL && write->frees && store_reserve_release(store)) {
         checkpoint(store);
         status = run_group(store, write);

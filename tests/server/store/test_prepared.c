@@ -94,7 +94,7 @@ static void prepared_meshes_come_back(void **state)
     mesh_of(fixture, "sphere", sphere);
     assert_int_equal(put(fixture, mesh, "", 1), STORE_OK);
     assert_int_equal(find(fixture, mesh, "", 1), STORE_NOT_FOUND); /* no limit was set */
-    store_prepared_limit(fixture->store, LIMIT);
+    store_prepared_limit(fixture->store, LIMIT, 0);
     assert_int_equal(find(fixture, mesh, "", 1), STORE_NOT_FOUND);
     assert_int_equal(put(fixture, mesh, "", 3), STORE_OK);
     assert_int_equal(put(fixture, mesh, "", 1), STORE_OK);
@@ -104,13 +104,13 @@ static void prepared_meshes_come_back(void **state)
     assert_int_equal(put(fixture, mesh, sphere, 2), STORE_OK);
     assert_int_equal(find(fixture, mesh, sphere, 2), STORE_OK);
     fixture_reopen(fixture);
-    store_prepared_limit(fixture->store, LIMIT);
+    store_prepared_limit(fixture->store, LIMIT, 0);
     assert_int_equal(find(fixture, mesh, "", 1), STORE_OK);
     assert_int_equal(find(fixture, mesh, sphere, 2), STORE_OK);
     assert_int_equal(store_prepared_bytes(fixture->store), 2 * PAGE);
-    store_prepared_limit(fixture->store, 0);
+    store_prepared_limit(fixture->store, 0, 0);
     assert_int_equal(store_prepared_bytes(fixture->store), 0);
-    store_prepared_limit(fixture->store, LIMIT);
+    store_prepared_limit(fixture->store, LIMIT, 0);
     assert_int_equal(find(fixture, mesh, "", 1), STORE_NOT_FOUND);
 }
 
@@ -121,7 +121,7 @@ static void strangers_are_not_kept(void **state)
     char mesh[STORE_ID_MAX];
 
     mesh_of(fixture, "mesh", mesh);
-    store_prepared_limit(fixture->store, LIMIT);
+    store_prepared_limit(fixture->store, LIMIT, 0);
     assert_int_equal(put(fixture, nobody, "", 1), STORE_NOT_FOUND);
     assert_int_equal(put(fixture, mesh, nobody, 1), STORE_NOT_FOUND);
     assert_int_equal(put(fixture, "mesh-../../../0000000000000000000000", "", 1), STORE_OK);
@@ -139,7 +139,7 @@ static void damage_is_absence(void **state)
 
     mesh_of(fixture, "mesh", mesh);
     mesh_of(fixture, "other", other);
-    store_prepared_limit(fixture->store, LIMIT);
+    store_prepared_limit(fixture->store, LIMIT, 0);
     assert_int_equal(put(fixture, mesh, "", 1), STORE_OK);
     file_of(fixture, mesh, path);
     assert_int_equal(truncate(path, 1500), 0);
@@ -159,7 +159,7 @@ static void damage_is_absence(void **state)
     assert_int_equal(report.orphans, 1);
     assert_int_equal(report.removed, 1);
     fixture->store = fixture_store(fixture->path);
-    store_prepared_limit(fixture->store, LIMIT);
+    store_prepared_limit(fixture->store, LIMIT, 0);
     /* Another's file under this name is none of this one. */
     assert_int_equal(put(fixture, other, "", 1), STORE_OK);
     assert_int_equal(put(fixture, mesh, "", 1), STORE_OK);
@@ -174,7 +174,7 @@ static void what_was_not_read_gives_way(void **state)
     char meshes[20][STORE_ID_MAX];
     int kept = 0;
 
-    store_prepared_limit(fixture->store, LIMIT);
+    store_prepared_limit(fixture->store, LIMIT, 0);
     for (int i = 0; i < 20; i++) {
         char bytes[24];
 
@@ -225,7 +225,7 @@ static void all_that_is_derived_goes(void **state)
     mesh_of(fixture, "mesh", mesh);
     mesh_of(fixture, "other", other);
     mesh_of(fixture, "sphere", sphere);
-    store_prepared_limit(fixture->store, LIMIT);
+    store_prepared_limit(fixture->store, LIMIT, 0);
     assert_int_equal(put(fixture, mesh, "", 1), STORE_OK);
     assert_int_equal(put(fixture, mesh, sphere, 1), STORE_OK);
     assert_int_equal(put(fixture, other, "", 1), STORE_OK);
@@ -258,7 +258,7 @@ static void the_sweep_finds_what_was_left(void **state)
 
     mesh_of(fixture, "mesh", mesh);
     mesh_of(fixture, "other", other);
-    store_prepared_limit(fixture->store, LIMIT);
+    store_prepared_limit(fixture->store, LIMIT, 0);
     assert_int_equal(put(fixture, mesh, "", 1), STORE_OK);
     assert_int_equal(store_sweep_files(fixture->store, &removed), STORE_OK);
     assert_int_equal(removed, 0);
