@@ -1,7 +1,8 @@
 /*
  * machine.c - how much memory there is to share among jobs: what the system tells of the machine,
- * and the limits of the control groups (version 2) that the daemon runs in, such as MemoryMax of
- * its unit or the memory of a container.
+ * the limits of the control groups (version 2) that the daemon runs in, such as MemoryMax of its
+ * unit or the memory of a container, and that of its address space (ulimit -v), as batch systems
+ * set it.
  */
 #include "jobs/memory.h"
 
@@ -9,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #define PATH_BYTES 4096
@@ -84,8 +86,13 @@ size_t jobs_machine_memory(void)
     long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
     size_t machine = pages > 0 && page > 0 ? (size_t)pages * (size_t)page : UNKNOWN_MEMORY;
     size_t group = jobs_group_memory("/proc/self/cgroup", "/sys/fs/cgroup");
+    struct rlimit space;
 
-    return group < machine ? group : machine;
+    machine = group < machine ? group : machine;
+    if (getrlimit(RLIMIT_AS, &space) == 0 && space.rlim_cur < machine) { /* infinity is above */
+        machine = (size_t)space.rlim_cur;
+    }
+    return machine;
 }
 
 size_t jobs_memory_share(size_t workers)

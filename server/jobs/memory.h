@@ -61,7 +61,7 @@ bool jobs_memory_told(struct jobs_memory *memory);
 /* ---- What there is to share (machine.c) ------------------------------------------------------ */
 
 /* Bytes of memory that this process may use: that of the machine, or less where a control group
-   (version 2) that it is in has a memory.max. */
+   (version 2) that it is in has a memory.max, or its address space a limit (RLIMIT_AS). */
 size_t jobs_machine_memory(void);
 /* The smallest memory.max from the control group that the file self (as /proc/self/cgroup) names up
    to the root, below the folder groups (as /sys/fs/cgroup); SIZE_MAX where none is set. */

@@ -82,4 +82,19 @@ compare "$memory" '>' $((16 * MIB)) 'and more than nothing'
 run_job encode "{\"mesh\":\"$mesh\",\"lmax\":63}"
 is "$JOB_STATUS" successful 'which is enough for it'
 stop_server || not_ok 'the server ends well'
+
+# Nor may the jobs have more than the address space that the process may have.
+if [ -n "$SRNFD_SANITIZED" ]; then
+    skip 'a limit of the address space bounds it' 'sanitizers reserve more than any limit'
+else
+    printf '#!/bin/sh\nulimit -v 2000000 && exec "%s" "$@"\n' "$SRNFD" >"$SCRATCH/narrow"
+    chmod +x "$SCRATCH/narrow"
+    SRNFD=$SCRATCH/narrow start_server "$SCRATCH/data" --workers 2 || exit 1
+    memory=$(jq -r 'select(.event == "listening") | .jobMemory' "$SERVER_LOG")
+    compare "$memory" '<=' $((2000000 * 1024 / 16 * 3)) 'a limit of the address space bounds it'
+    compare "$memory" '>' $((16 * MIB)) '  to more than nothing'
+    run_job encode "{\"mesh\":\"$mesh\",\"lmax\":31}"
+    is "$JOB_STATUS" successful '  and jobs run within it'
+    stop_server || not_ok 'the server ends well'
+fi
 done_testing

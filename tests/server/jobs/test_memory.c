@@ -13,6 +13,7 @@
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "engine.h"
@@ -563,6 +564,21 @@ static void groups_of_the_daemon_limit_it(void **state)
     scratch_remove(root);
 }
 
+static void so_does_its_address_space(void **state)
+{
+    size_t before = jobs_machine_memory(), within;
+    struct rlimit was, limit;
+
+    (void)state;
+    assert_int_equal(getrlimit(RLIMIT_AS, &was), 0);
+    limit = (struct rlimit){.rlim_cur = (rlim_t)1 << 30, .rlim_max = was.rlim_max};
+    assert_int_equal(setrlimit(RLIMIT_AS, &limit), 0);
+    within = jobs_machine_memory();
+    assert_int_equal(setrlimit(RLIMIT_AS, &was), 0);
+    assert_int_equal(within, before < (size_t)1 << 30 ? before : (size_t)1 << 30);
+    assert_int_equal(jobs_machine_memory(), before);
+}
+
 static void jobs_share_three_quarters(void **state)
 {
     size_t machine = jobs_machine_memory();
@@ -610,6 +626,7 @@ int main(void)
         TEST(helpers_count_to_their_job),
         TEST(what_is_shared_is_charged_to_nobody),
         cmocka_unit_test(groups_of_the_daemon_limit_it),
+        cmocka_unit_test(so_does_its_address_space),
         cmocka_unit_test(jobs_share_three_quarters),
     };
 
