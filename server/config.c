@@ -190,9 +190,8 @@ static const struct config_help names[N_SETTINGS] = {
      "refusals: a line in the log for each request that is refused; requests, the default: for "
      "each but successful probes of /healthz, /readyz and /metrics; all: for these too"},
     {"leastFree", "SRNFD_LEAST_FREE", "--least-free",
-     "bytes that must be free on the disk for /readyz to say so, and for which prepared meshes "
-     "give "
-     "way, 67108864"},
+     "bytes that must be free on the disk for /readyz to say so; prepared meshes give way for "
+     "them, 67108864"},
     {"insecure", "SRNFD_INSECURE", "--insecure", "answer callers from elsewhere without tokens"},
     {"corsOrigins", "SRNFD_CORS_ORIGINS", "--cors-origins",
      "origins whose pages may call, separated by commas; none"},

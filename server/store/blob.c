@@ -127,6 +127,7 @@ int store_blob_stage(struct store *store, const void *bytes, size_t size,
     }
     return status;
 }
+
 int store_scratch_file(const struct store *store, int *status)
 {
     int fd = openat(store->blobs_fd, TEMPORARY, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
