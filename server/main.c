@@ -8,6 +8,7 @@
 #include "build.h"
 #include "commands.h"
 #include "config.h"
+#include "jobs/memory.h"
 #include "log.h"
 #include "main/executor.h"
 #include "main/kernels.h"
@@ -40,6 +41,7 @@ static int prepare_process(sigset_t *signals)
     (void)sigaddset(signals, SIGHUP);
     signals_await(signals);
     (void)signal(SIGPIPE, SIG_IGN);
+    jobs_memory_prepare();
     fftw_make_planner_thread_safe();
     openblas_set_num_threads(1);
     json_memory_watch();

@@ -58,6 +58,10 @@ void jobs_memory_return(struct jobs_memory *memory, const struct jobs_memory *ot
 /* Whether what uses the account is to stop, and notes that it was said (NULL: never). */
 bool jobs_memory_told(struct jobs_memory *memory);
 
+/* Once, before any thread: from now on large blocks are pages of their own, and what is freed goes
+   back to the system. */
+void jobs_memory_prepare(void);
+
 /* ---- What there is to share (machine.c) ------------------------------------------------------ */
 
 /* Bytes of memory that this process may use: that of the machine, or less where a control group

@@ -13,6 +13,7 @@
 #include "worker/internal.h"
 
 #include "clock.h"
+#include "jobs/memory.h"
 #include "log.h"
 #include "signals.h"
 
@@ -358,6 +359,7 @@ static int prepare_process(sigset_t *signals)
     (void)signal(SIGPIPE, SIG_IGN);
     (void)signal(SIGXFSZ,
                  SIG_IGN); /* a file that may not grow costs requests, as a full disk does */
+    jobs_memory_prepare();
     fftw_make_planner_thread_safe();
     openblas_set_num_threads(1);
     return sodium_init() < 0 || curl_global_init(CURL_GLOBAL_DEFAULT) != CURLE_OK ? -1 : 0;
