@@ -22,6 +22,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "api/export_study.h"
@@ -31,6 +32,7 @@
 #include "api/routes.h"
 #include "srnf.h"
 #include "store/model.h"
+#include "store/prepared.h"
 #include "store/store.h"
 
 static const struct {
@@ -187,8 +189,18 @@ static void respond_file(struct api_call *call, int fd, const char *name)
                               "attachment; filename=\"%s.zip\"", name);
 }
 
-/* Writes the study that was gathered, and answers. False: something of it has been deleted
-   meanwhile, and nothing is answered. */
+/* The file could not be written: whether prepared meshes gave way, for twice its bytes so far, and
+   it may be tried again. */
+static bool found_room(struct export *export, int fd)
+{
+    struct stat about;
+
+    return fstat(fd, &about) == 0 &&
+           store_prepared_give_way(export_store(export), 2 * (int64_t)about.st_size);
+}
+
+/* Writes the study that was gathered, and answers. False: it is to be tried again, as something of
+   it has been deleted meanwhile or room was found, and nothing is answered. */
 static bool respond_export(struct export *export, const char *name)
 {
     struct api_call *call = export->study.call;
@@ -196,7 +208,7 @@ static bool respond_export(struct export *export, const char *name)
     int fd = status == STORE_OK ? store_scratch_file(export_store(export), &status) : -1;
     int copy = fd < 0 ? -1 : dup(fd);
     FILE *out = copy < 0 ? NULL : fdopen(copy, "wb");
-    bool whole = false;
+    bool whole = false, again;
 
     if (out && zip_open(&export->zip, out, true)) {
         make_manifest(export);
@@ -214,10 +226,11 @@ static bool respond_export(struct export *export, const char *name)
         respond_file(call, fd, name);
         return true;
     }
+    again = status == STORE_NOT_FOUND || (status == STORE_OK && !whole && found_room(export, fd));
     if (fd >= 0) {
         (void)close(fd);
     }
-    if (status == STORE_NOT_FOUND) {
+    if (again) {
         return false;
     }
     (void)problem_respond_store(call, status == STORE_OK ? STORE_FULL : status, NULL,

@@ -20,7 +20,7 @@
 #include "store/internal.h"
 #include "store/files.h"
 #include "store/numbers.h"
-#include "store/prepared_files.h"
+#include "store/prepared.h"
 
 #include "store/digest.h"
 #include "store/store.h"
@@ -119,7 +119,7 @@ int store_blob_stage(struct store *store, const void *bytes, size_t size,
     sodium_bin2hex(name, sizeof name, random, sizeof random);
     snprintf(content->temporary, sizeof content->temporary, TEMPORARY "/%s", name);
     status = write_temporary(store, content);
-    if (status == STORE_FULL && prepared_give_way(store, (int64_t)size)) {
+    if (status == STORE_FULL && store_prepared_give_way(store, (int64_t)size)) {
         status = write_temporary(store, content);
     }
     if (status != STORE_OK) {

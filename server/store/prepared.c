@@ -13,8 +13,9 @@
  *
  * Reading a file sets its time. Those that were not read for longest go when all together take more
  * than the limit, a tenth of it at once. Each counts for whole pages of 4 KiB. They also go where
- * the disk has no room for a write (blob.c, scratch.c, writer.c), until there is, and where less is
- * free than is to be left (reserve.c); and none is written that would take of that.
+ * the disk has no room for a write (blob.c, scratch.c, writer.c, api/exports.c), until there is,
+ * and where less is free than is to be left (reserve.c); and none is written that would take of
+ * that.
  *
  * A file is removed with its mesh, after the row (store_mesh_drop_derived). Whoever writes one
  * looks for the row once the file has its name: so one of the two removes it. After a crash in

@@ -4,6 +4,8 @@
 #ifndef SRNFD_STORE_PREPARED_H
 #define SRNFD_STORE_PREPARED_H
 
+#include <stdbool.h>
+
 #include "store/store.h"
 
 /* Which one: of a mesh by itself, or with a sphere for it. */
@@ -32,6 +34,10 @@ int store_prepared_get(struct store *store, const struct store_prepared_key *key
 /* Removes those of meshes and spheres that the store does not have, which a crash after their
    deletion has left; adds their number to *removed. */
 int store_prepared_sweep(struct store *store, size_t *removed);
+/* For a write that found no room: removes those not read for longest until so many bytes are free
+   on the disk beside what is to be left. False: none was removed, as there are none, or so much is
+   free. */
+bool store_prepared_give_way(struct store *store, int64_t bytes);
 /* Bytes that all together take. */
 int64_t store_prepared_bytes(const struct store *store);
 

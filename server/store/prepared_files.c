@@ -169,7 +169,7 @@ static int64_t spare(struct store *store)
     return (int64_t)(info.f_bavail * info.f_frsize) - (least > pages ? least : pages);
 }
 
-bool prepared_give_way(struct store *store, int64_t bytes)
+bool store_prepared_give_way(struct store *store, int64_t bytes)
 {
     struct store_prepared *prepared = &store->prepared;
     int64_t excess;

@@ -28,9 +28,6 @@ typedef void prepared_visit(void *user, int folder_fd, const char *folder, const
 void prepared_walk_folder(int at, const char *folder, prepared_visit *visit, void *user);
 /* Looks at all files; where they take more than the limit the oldest go, down to nine tenths. */
 void prepared_evict(struct store *store);
-/* Removes the oldest until so many bytes are free on the disk beside what is to be left free.
-   False: none was removed, as there are none, or so much is free. */
-bool prepared_give_way(struct store *store, int64_t bytes);
 /* Whether a file that takes so many bytes leaves free what is to be. */
 bool prepared_fits(struct store *store, int64_t taken);
 /* Removes a file and takes it off the total. */

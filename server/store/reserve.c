@@ -22,7 +22,7 @@
  */
 #include "store/internal.h"
 #include "store/files.h"
-#include "store/prepared_files.h"
+#include "store/prepared.h"
 
 #include "store/store.h"
 
@@ -92,7 +92,7 @@ void store_reserve_take(struct store *store)
         return;
     }
     store->reserve_tried_ms = now;
-    (void)prepared_give_way(store, 0);
+    (void)store_prepared_give_way(store, 0);
     if (atomic_load(&store->reserve) == STORE_OK) {
         return;
     }

@@ -28,7 +28,7 @@
 
 #include "store/internal.h"
 #include "store/files.h"
-#include "store/prepared_files.h"
+#include "store/prepared.h"
 #include "store/scratch.h"
 
 #define FOLDER "scratch"
@@ -172,11 +172,11 @@ int store_scratch_write(struct store_scratch *scratch, uint64_t offset, const vo
 
     /* Prepared meshes give way, where they are on the same disk. */
     if (!has_room(scratch, size, &missing) &&
-        !(prepared_give_way(scratch->store, missing) && has_room(scratch, 0, &missing))) {
+        !(store_prepared_give_way(scratch->store, missing) && has_room(scratch, 0, &missing))) {
         return STORE_FULL;
     }
     status = write_all(scratch, offset, bytes, size);
-    if (status == STORE_FULL && prepared_give_way(scratch->store, (int64_t)size)) {
+    if (status == STORE_FULL && store_prepared_give_way(scratch->store, (int64_t)size)) {
         status = write_all(scratch, offset, bytes, size);
     }
     return status;

@@ -24,7 +24,7 @@
  * runs.
  */
 #include "store/internal.h"
-#include "store/prepared_files.h"
+#include "store/prepared.h"
 
 #include "store/store.h"
 
@@ -228,7 +228,7 @@ static void run_alone(struct store *store, struct store_write *write)
 {
     int status = run_group(store, write);
 
-    for (int64_t bytes = ROOM_FIRST; status == STORE_FULL && prepared_give_way(store, bytes);
+    for (int64_t bytes = ROOM_FIRST; status == STORE_FULL && store_prepared_give_way(store, bytes);
          bytes *= 2) {
         status = run_group(store, write);
     }

@@ -445,6 +445,40 @@ static void a_queue_outlives_a_full_disk(void **state)
     assert_int_equal(umount2(disk, MNT_DETACH), 0);
 }
 
+/* Prepared meshes, a cache, are there for whatever finds no room: here 10 MB for an upload, and
+   then for an export, which has to be written anew. */
+static void a_full_disk_takes_from_the_cache_first(void **state)
+{
+    static const char *const options[] = {"--workers", "1", "--least-free", "0", NULL};
+    struct scene *scene = *state;
+    char ballast[400], disk[300], id[64], body[4000] = "{\"name\":\"all\",\"members\":[";
+
+    snprintf(disk, sizeof disk, "%s/disk", scene->folder);
+    snprintf(ballast, sizeof ballast, "%s/ballast", disk);
+    if (mkdir(disk, 0700) != 0 || !small_disk_mount(disk, "size=64m")) {
+        skip();
+    }
+    daemon_prepare(&scene->daemon, scene->folder, "disk/data");
+    scene->daemon.options = options;
+    snprintf(scene->daemon.log, sizeof scene->daemon.log, "%s/log", scene->folder);
+    assert_true(daemon_start(&scene->daemon));
+    for (unsigned seed = 0; seed < 30; seed++) {
+        assert_true(upload(scene, seed, true, id));
+        if (seed < 15) {
+            snprintf(body + strlen(body), sizeof body - strlen(body), "%s{\"id\":\"%s\"}",
+                     seed ? "," : "", id);
+        }
+    }
+    snprintf(body + strlen(body), sizeof body - strlen(body), "]}");
+    assert_true(ask(scene, "POST", "/v1/cohorts", JSON_BODY, body, strlen(body), 201, NULL));
+    fill(ballast);
+    assert_true(upload(scene, 31, true, id));
+    fill(ballast);
+    assert_int_equal(daemon_status(&scene->daemon, "GET", "/v1/cohorts/all/export", ""), 200);
+    assert_int_equal(daemon_stop(&scene->daemon), 0);
+    assert_int_equal(umount2(disk, MNT_DETACH), 0);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 
 int main(void)
@@ -456,6 +490,7 @@ int main(void)
         TEST(a_small_disk_that_was_filled_gives_everything),
         TEST(a_limit_on_sizes_is_a_full_disk),
         TEST(a_queue_outlives_a_full_disk),
+        TEST(a_full_disk_takes_from_the_cache_first),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
