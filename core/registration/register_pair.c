@@ -122,18 +122,26 @@ static void keep(struct pair *pair, size_t direction, struct search_result *resu
     pair->stopped = result->warp.stopped;
 }
 
-/* Another basin counts from whichever side it was seen; so does a rotation that costs little. */
+/* Another basin counts from whichever side it was seen; so does a rotation that costs little. A way
+   that searched no rotations knows neither. */
 static void join_ambiguities(const struct search_result *other, struct search_result *info)
 {
+    bool known = info->rotations_searched;
     bool closer = info->ambiguity_objective == 0.0 ||
                   (other->ambiguity_objective > 0.0 &&
                    other->ambiguity_objective < info->ambiguity_objective);
 
-    if (closer) {
+    if (!other->rotations_searched) {
+        return;
+    }
+    if (!known || closer) {
         info->ambiguity_objective = other->ambiguity_objective;
         info->ambiguity_angle = other->ambiguity_angle;
     }
-    info->rotational_curvature = fmin(info->rotational_curvature, other->rotational_curvature);
+    if (!known || other->rotational_curvature < info->rotational_curvature) {
+        info->rotational_curvature = other->rotational_curvature;
+    }
+    info->rotations_searched = true;
 }
 
 /* Whether both ways need only be followed to their basins. Where a way ends in one domain alone, by

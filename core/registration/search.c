@@ -231,6 +231,17 @@ static int from_rigid(const struct search *s, bool still, struct search_result *
     return status;
 }
 
+/* The warp of another search instead. What is told of rotations stays: it was found before any warp
+   was. */
+static void take_warp(struct search_result *other, struct search_result *result)
+{
+    struct warp replaced = result->warp;
+
+    result->warp = other->warp;
+    result->carried = other->carried;
+    other->warp = replaced;
+}
+
 /* On from the best rigid start instead, where that alone is better than what there is: entrants of
    the tournament are not refined, and penalties may hold them where they are. */
 static int try_rigid(const struct search *s, struct search_result *result)
@@ -248,11 +259,7 @@ static int try_rigid(const struct search *s, struct search_result *result)
         result->iterations += other.iterations;
     }
     if (status == SRNF_OK && other.warp.objective < result->warp.objective) {
-        struct warp replaced = result->warp;
-
-        result->warp = other.warp;
-        result->carried = other.carried;
-        other.warp = replaced;
+        take_warp(&other, result);
     }
     search_result_clear(&other);
     return status;
@@ -290,11 +297,8 @@ static int run_from_rotation(const struct search *s, const double rotation[9], b
     status = status ? status : climb(s, 0, true, &other);
     result->iterations += other.iterations;
     if (status == SRNF_OK && (*none || other.warp.objective < result->warp.objective)) {
-        other.iterations = result->iterations;
-        search_result_clear(result);
-        *result = other;
+        take_warp(&other, result);
         *none = false;
-        return SRNF_OK;
     }
     search_result_clear(&other);
     return status == SRNF_EUNMATCHED ? SRNF_OK : status;

@@ -107,6 +107,18 @@ static void meets_them_exactly(void **state)
     scene_close(&s);
 }
 
+/* The same scene from the other side. */
+static struct scene turned_round(struct scene *s)
+{
+    struct scene t = *s;
+
+    t.a = s->b;
+    t.b = s->a;
+    t.landmarks.fixed = s->moving;
+    t.landmarks.moving = s->fixed;
+    return t;
+}
+
 /* (a, b) and (b, a) both ways: one distance, and each warp the inverse of the other. */
 static void is_symmetric(void **state)
 {
@@ -121,15 +133,51 @@ static void is_symmetric(void **state)
     options.symmetric = true;
     scene_open(&s, INFINITY);
     assert_below(run(&s, &options, &s.landmarks, &there), EXACT);
-    t = s;
-    t.a = s.b;
-    t.b = s.a;
-    t.landmarks.fixed = s.moving;
-    t.landmarks.moving = s.fixed;
+    t = turned_round(&s);
     assert_below(run(&t, &options, &t.landmarks, &back), EXACT);
     assert_true(there.distance == back.distance);
     srnf_registration_clear(&there);
     srnf_registration_clear(&back);
+    scene_close(&s);
+}
+
+/* Whichever start of a way is the best one, of landmarks or of the surfaces: what rotations cost
+   and what else there is are known, of both ways the lesser. */
+static void tells_of_rotations(void **state)
+{
+    static const double weights[] = {1.0, 0.1, 0.01, 0.001};
+    struct srnf_register_options options = srnf_register_options_defaults();
+    struct test_random random = test_random_seed(21);
+    struct scene s;
+    (void)state;
+
+    options.degree = 6;
+    scene_open(&s, 1.0);
+    for (size_t k = 0; k < sizeof weights / sizeof weights[0]; k += FIGURES_SLOW ? 3 : 1) {
+        struct srnf_registration there, back, both;
+        struct scene t;
+
+        s.landmarks.weight = weights[k];
+        spread(&random, COUNT, 0.5, s.moving);
+        t = turned_round(&s);
+        options.symmetric = false;
+        (void)run(&s, &options, &s.landmarks, &there);
+        (void)run(&t, &options, &t.landmarks, &back);
+        options.symmetric = true;
+        (void)run(&s, &options, &s.landmarks, &both);
+        printf("# weight %g: curvature %.4f there, %.4f back, %.4f both ways\n", weights[k],
+               there.rotational_curvature, back.rotational_curvature, both.rotational_curvature);
+        assert_true(there.rotations_searched && back.rotations_searched && both.rotations_searched);
+        assert_above(both.rotational_curvature, 0.01);
+        assert_true(both.rotational_curvature ==
+                    compare_min(there.rotational_curvature, back.rotational_curvature));
+        assert_above(both.ambiguity_objective, 0.0);
+        assert_true(both.ambiguity_objective ==
+                    compare_min(there.ambiguity_objective, back.ambiguity_objective));
+        srnf_registration_clear(&there);
+        srnf_registration_clear(&back);
+        srnf_registration_clear(&both);
+    }
     scene_close(&s);
 }
 
@@ -441,15 +489,11 @@ static void survives_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(meets_them_exactly),
-        cmocka_unit_test(is_symmetric),
-        cmocka_unit_test(weighs_them),
-        cmocka_unit_test(weighs_much),
-        cmocka_unit_test(finds_a_warp),
-        cmocka_unit_test(turns_about_one),
-        cmocka_unit_test(corrects_to_the_minimum),
-        cmocka_unit_test(refuses_what_is_wrong),
-        cmocka_unit_test(tells_what_cannot_be_met),
+        cmocka_unit_test(meets_them_exactly),    cmocka_unit_test(is_symmetric),
+        cmocka_unit_test(tells_of_rotations),    cmocka_unit_test(weighs_them),
+        cmocka_unit_test(weighs_much),           cmocka_unit_test(finds_a_warp),
+        cmocka_unit_test(turns_about_one),       cmocka_unit_test(corrects_to_the_minimum),
+        cmocka_unit_test(refuses_what_is_wrong), cmocka_unit_test(tells_what_cannot_be_met),
         cmocka_unit_test(survives_refusals),
     };
 
