@@ -5,8 +5,9 @@
  * d(b, a) to the last bit: both directions are searched, as far as their basins where these tell
  * enough, and the one whose objective is lower goes on. (It is symmetric but for the norm that it
  * is relative to; here that is the geometric mean of both.) The answer is the warp or its inverse.
- * Why the search ended is the worse reason of both: one that was cut off might have ended lower
- * than the one that is kept.
+ * Why the search ended is the worst reason of all that reached the highest degree: one that was cut
+ * off might have ended lower than the one that is kept. A way that is followed to its basin alone
+ * has none, and one that is kept and registered to rounding leaves nothing to be doubted.
  * In exact mode, whose steps are all of one kind, two swaps follow, in which the warp is inverted
  * and optimized in the other direction. (Swaps begin where there is little to gain: that one gained
  * nothing tells nothing.)
@@ -92,7 +93,7 @@ struct pair {
     double norm2;          /* geometric mean of both ||q||^2 */
     double objective, distance, gap;
     enum srnf_register_stop stopped; /* of the one that is kept */
-    enum srnf_register_stop worst;   /* of both ways */
+    enum srnf_register_stop worst;   /* of all searches of the highest degree */
     struct search_result info;
     struct landmark_search *landmarks[2]; /* with surface[k] as the template; NULL: none */
     const struct subject *subjects[2];    /* of the surfaces, or NULL */

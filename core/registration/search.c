@@ -324,12 +324,21 @@ static int run_guided(const struct search *s, struct search_result *result)
     return status;
 }
 
+/* Whether a search for a basin went no further: it does where little is left. */
+static bool ends_in_basin(const struct search *s, const struct search_result *result)
+{
+    return s->basin && s->options->degree > BASIN_DEGREE && result->warp.energy >= DIRECT_ENERGY;
+}
+
 int search_run(const struct search *s, struct search_result *result)
 {
     const struct srnf_register_options *o = s->options;
     bool still = o->common_pose || o->start == SRNF_START_IDENTITY;
     int status = s->landmarks && !still ? run_guided(s, result) : run_once(s, result);
 
+    if (ends_in_basin(s, result)) {
+        result->warp.stopped = SRNF_REGISTER_DIRECT; /* no reason of the highest degree yet */
+    }
     result->distance = search_distance(s, &result->warp);
     return status;
 }

@@ -42,8 +42,9 @@ struct srnf_register_options srnf_register_options_defaults(void);
 
 /* Why a registration went no further, at the highest degree of its fields, each reason worse than
    the one before. All but SRNF_REGISTER_MAX_ITERATIONS are the end of what can be gained there. Of
-   several searches (symmetric; the two sides of exact) it is the worst, unless the registration
-   that is kept is one to rounding. */
+   several searches of that degree (symmetric; the two sides of exact) it is the worst, unless the
+   registration that is kept is one to rounding. Both ways of symmetric are followed so far up to
+   degree 8, with landmarks, in exact mode and from a rigid start, else the better one alone. */
 enum srnf_register_stop {
     SRNF_REGISTER_DIRECT = 0,     /* no search: a warp as given, values turned in closed form */
     SRNF_REGISTER_TOLERANCE = 1,  /* registered to rounding: squared distance / ||q1||^2 < 1e-13 */

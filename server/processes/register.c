@@ -204,10 +204,12 @@ static const struct process_output outputs[] = {
      "registration-not-converged)."},
     {"stopped",
      "\"enum\":[\"direct\",\"tolerance\",\"stationary\",\"stepRefused\",\"maxIterations\"]",
-     "Why the search ended, at its highest degree; of both ways, where symmetric, the worse "
-     "reason. direct: there was none, nothing was warped or rotated; tolerance: registered to "
-     "rounding; stationary: the last steps gained too little; stepRefused: no step, however "
-     "short, gains anything; maxIterations: the steps of that degree ran out."},
+     "Why the search ended, at its highest degree; where symmetric, the worst reason of the "
+     "searches that got there (of both ways up to degree 8, with landmarks, exact or start rigid, "
+     "else of the better one alone), unless the one that is kept is registered to rounding. "
+     "direct: there was none, nothing was warped or rotated; tolerance: registered to rounding; "
+     "stationary: the last steps gained too little; stepRefused: no step, however short, gains "
+     "anything; maxIterations: the steps of that degree ran out."},
     {"symmetric", OUTPUT_BOOLEAN,
      "Both ways were searched: the distance is the same from either side."},
     {"note", OUTPUT_STRING, "How it was searched, in a sentence."},

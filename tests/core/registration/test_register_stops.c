@@ -161,6 +161,44 @@ static void the_worse_reason_is_the_later_one(void **state)
                 SRNF_REGISTER_STATIONARY > SRNF_REGISTER_TOLERANCE);
 }
 
+/* Stiff displacements, so that the best rigid start is gone on from, by a step of each degree. */
+static enum srnf_register_stop stop_of_basin(const struct shapes_surface *a,
+                                             const struct shapes_surface *b, size_t degree)
+{
+    struct srnf_register_options options = srnf_register_options_defaults();
+    struct search search;
+    struct search_result found;
+    enum srnf_register_stop stopped;
+
+    options.degree = degree;
+    options.max_steps = 1;
+    options.penalty_displacement = 10.0;
+    assert_int_equal(search_create(&search, a->sht, a->q, a->f, b->f, &options, NULL, NULL, NULL),
+                     SRNF_OK);
+    search.rounds = 0;
+    search.basin = true;
+    assert_int_equal(search_run(&search, &found), SRNF_OK);
+    assert_true(found.rigid_energy < 1.01 * found.warp.objective);
+    stopped = found.warp.stopped;
+    search_result_clear(&found);
+    search_clear(&search);
+    return stopped;
+}
+
+/* A way that is followed to its basin has a reason where fields of that degree are asked for. */
+static void a_basin_has_no_reason_of_a_higher_degree(void **state)
+{
+    struct shapes_surface a, b;
+    (void)state;
+
+    assert_true(registrations_open(&a, DEGREE, REGISTRATIONS_LOCAL "L_thalamus.ply"));
+    assert_true(registrations_open(&b, DEGREE, REGISTRATIONS_LOCAL "L_caudate.ply"));
+    assert_int_equal(stop_of_basin(&a, &b, 8), SRNF_REGISTER_MAX_ITERATIONS);
+    assert_int_equal(stop_of_basin(&a, &b, 10), SRNF_REGISTER_DIRECT);
+    shapes_close(&a);
+    shapes_close(&b);
+}
+
 static void both_ways_have_a_reason(void **state)
 {
     struct pair *pair = *state;
@@ -333,6 +371,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(fields_keep_to_their_degree, open_pair, close_pair),
         cmocka_unit_test_setup_teardown(ambiguity_is_known_where_rotations_were_searched, open_pair,
                                         close_pair),
+        cmocka_unit_test(a_basin_has_no_reason_of_a_higher_degree),
         cmocka_unit_test(the_worse_reason_is_the_later_one),
         cmocka_unit_test(rigid_searches_end_where_small_turns_gain_nothing),
         cmocka_unit_test(names),
