@@ -63,6 +63,16 @@ static void surround(const double *p, double angle, double *out)
     }
 }
 
+/* A J that is no number stays: nothing may tell of such a warp that it does not fold. */
+static void widen(double j, struct search_result *result)
+{
+    bool above = isnan(result->min_jacobian) || result->min_jacobian <= j;
+    bool below = isnan(result->max_jacobian) || result->max_jacobian >= j;
+
+    result->min_jacobian = above ? result->min_jacobian : j;
+    result->max_jacobian = below ? result->max_jacobian : j;
+}
+
 int search_extremes(const struct search *s, struct search_result *result)
 {
     const struct target *t = &s->full.target;
@@ -75,8 +85,7 @@ int search_extremes(const struct search *s, struct search_result *result)
     result->min_jacobian = INFINITY;
     result->max_jacobian = 0.0;
     for (size_t i = 0; i < t->n; i++) {
-        result->min_jacobian = fmin(result->min_jacobian, jacobian[i]);
-        result->max_jacobian = fmax(result->max_jacobian, jacobian[i]);
+        widen(jacobian[i], result);
     }
     for (int side = 0; side < 2; side++) {
         size_t places[PLACES];
@@ -89,10 +98,7 @@ int search_extremes(const struct search *s, struct search_result *result)
     status = warp_apply(&result->warp.chain, s->context, n, points, points,
                         points + 3 * 2 * PLACES * AROUND);
     for (size_t i = 0; i < n && status == SRNF_OK; i++) {
-        double j = points[3 * 2 * PLACES * AROUND + i];
-
-        result->min_jacobian = fmin(result->min_jacobian, j);
-        result->max_jacobian = fmax(result->max_jacobian, j);
+        widen(points[3 * 2 * PLACES * AROUND + i], result);
     }
     return status;
 }

@@ -32,6 +32,8 @@ SRNF_CHECKED int register_one_way(const struct call *call, const double *q_templ
 SRNF_CHECKED int register_both_ways(const struct call *call, const double *template_surface,
                                     const double *moving, struct search_result *result,
                                     double *gap);
+/* That gap of two objectives: 1 where one alone is infinite, NaN where both are. */
+double register_gap(double a, double b);
 
 /* What is told of it, from exact values on the template's grid. Takes the chain out of found. */
 SRNF_CHECKED int register_report(const struct call *call, const double *moving,

@@ -145,6 +145,16 @@ static void join_ambiguities(const struct search_result *other, struct search_re
     info->rotations_searched = true;
 }
 
+double register_gap(double a, double b)
+{
+    double larger = fmax(a, b);
+
+    if (isinf(larger) && a != b) {
+        return 1.0; /* one way folds */
+    }
+    return larger > 0.0 ? fabs(a - b) / larger : 0.0;
+}
+
 /* Whether both ways need only be followed to their basins. Where a way ends in one domain alone, by
    landmarks or directly, nothing short of its end tells how good it is. */
 static bool basins_tell(const struct call *c)
@@ -187,7 +197,7 @@ static int search_pair(const struct call *c, struct pair *pair)
         double b = shared_objective(pair, &results[1]);
 
         best = b < a;
-        pair->gap = fmax(a, b) > 0.0 ? fabs(a - b) / fmax(a, b) : 0.0;
+        pair->gap = register_gap(a, b);
         pair->worst = registration_worse_stop(results[0].warp.stopped, results[1].warp.stopped);
         searches[best].basin = false;
         searches[best].rounds = ROUNDS;

@@ -102,13 +102,13 @@ static void warn_distorted(json_t *warnings, const struct srnf_registration *r, 
         r->max_jacobian <= REGISTRATION_DISTORTED_FACTOR) {
         return;
     }
-    warning_add(
-        warnings, "registration-distorted",
-        json_pack("{s:f, s:f}", "minJacobian", r->min_jacobian, "maxJacobian", r->max_jacobian),
-        "Registering %s: the warp scales areas by factors from %.3g to %.3g: parts of one "
-        "surface vanish into points of the other, which makes the distance too small. Use "
-        "the default penalty or a larger one.",
-        what, r->min_jacobian, r->max_jacobian);
+    warning_add(warnings, "registration-distorted",
+                json_pack("{s:o, s:o}", "minJacobian", json_finite(r->min_jacobian), "maxJacobian",
+                          json_finite(r->max_jacobian)),
+                "Registering %s: the warp scales areas by factors from %.3g to %.3g: parts of one "
+                "surface vanish into points of the other, which makes the distance too small. Use "
+                "the default penalty or a larger one.",
+                what, r->min_jacobian, r->max_jacobian);
 }
 
 static void warn_ambiguous(json_t *warnings, const struct srnf_registration *r, const char *what)

@@ -1,12 +1,13 @@
 /*
  * test_register_stops.c - why a registration went no further: a case for each reason, what
- * converged makes of it, and the names; that fields stay within the degree asked for; and what is
- * known of ambiguity where rotations were not searched.
+ * converged makes of it, and the names; that fields stay within the degree asked for; what is
+ * known of ambiguity where rotations were not searched; and that what is no number is told as such.
  *
  * srnfd-test: no-asan (test_register_memory.c and fuzz/test_api.sh run its code)
  * srnfd-test: slow
  */
 #include "registrations.h"
+#include "registration/register.h"
 
 #define DEGREE 8
 
@@ -317,6 +318,42 @@ static void rigid_searches_end_where_small_turns_gain_nothing(void **state)
     }
 }
 
+/* A number that is none, at any node, is not passed over. */
+static void extremes_keep_what_is_no_number(void **state)
+{
+    struct pair *pair = *state;
+    struct srnf_register_options options = from_identity();
+    struct search search;
+    struct search_result found;
+
+    assert_int_equal(search_create(&search, pair->a.sht, pair->a.q, pair->a.f, pair->b.f, &options,
+                                   NULL, NULL, NULL),
+                     SRNF_OK);
+    assert_int_equal(search_run(&search, &found), SRNF_OK);
+    assert_int_equal(search_extremes(&search, &found), SRNF_OK);
+    assert_true(found.min_jacobian > 0.0 && found.min_jacobian < 1.0 && found.max_jacobian > 1.0);
+    for (size_t k = 0; k < 3; k++) {
+        size_t at = k * (search.full.target.n - 1) / 2;
+        double kept = found.warp.jacobian[at];
+
+        found.warp.jacobian[at] = NAN;
+        assert_int_equal(search_extremes(&search, &found), SRNF_OK);
+        assert_true(isnan(found.min_jacobian) && isnan(found.max_jacobian));
+        found.warp.jacobian[at] = kept;
+    }
+    search_result_clear(&found);
+    search_clear(&search);
+}
+
+static void a_way_that_folds_is_worse_by_all(void **state)
+{
+    (void)state;
+    assert_true(register_gap(0.2, 0.1) == 0.5 && register_gap(0.1, 0.2) == 0.5);
+    assert_true(register_gap(0.0, 0.0) == 0.0 && register_gap(0.3, 0.3) == 0.0);
+    assert_true(register_gap(INFINITY, 0.1) == 1.0 && register_gap(0.1, INFINITY) == 1.0);
+    assert_true(isnan(register_gap(INFINITY, INFINITY)));
+}
+
 static void names(void **state)
 {
     static const char *const expected[] = {"direct", "tolerance", "stationary", "stepRefused",
@@ -374,6 +411,8 @@ int main(void)
         cmocka_unit_test(a_basin_has_no_reason_of_a_higher_degree),
         cmocka_unit_test(the_worse_reason_is_the_later_one),
         cmocka_unit_test(rigid_searches_end_where_small_turns_gain_nothing),
+        cmocka_unit_test_setup_teardown(extremes_keep_what_is_no_number, open_pair, close_pair),
+        cmocka_unit_test(a_way_that_folds_is_worse_by_all),
         cmocka_unit_test(names),
         cmocka_unit_test_setup_teardown(progress_of_both_ways_rises, open_pair, close_pair),
     };
