@@ -198,6 +198,7 @@ static int search_pair(const struct call *c, struct pair *pair)
 
         best = b < a;
         pair->gap = register_gap(a, b);
+        share = (struct share){c->context, 2.0 * SHARE_WAY, 1.0};
         pair->worst = registration_worse_stop(results[0].warp.stopped, results[1].warp.stopped);
         searches[best].basin = false;
         searches[best].rounds = ROUNDS;
