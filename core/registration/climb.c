@@ -3,7 +3,8 @@
  *
  * Between the fields of a basin and those of the full degree the warp is fixed and steps are taken
  * in the template's domain (tabulated_pull.c): gamma <- gamma o delta. They are taken from coarser
- * tables, from which all right-hand sides come, and delta is fitted by one step, or followed again.
+ * tables, from which all right-hand sides come, and delta is fitted by one step, by one for each
+ * half or quarter of a long chain (refit.c), or followed again.
  *
  * The points of the nodes are carried from step to step by splines of eight nodes, whose errors (a
  * few 1e-9 after all steps) the objective keeps; it is measured with the moving field as it is.
@@ -31,7 +32,7 @@ struct climb {
     struct tabulated_fields loads;
 };
 
-/* The step that stands for delta. */
+/* The steps that stand for delta, as few as will do. */
 static const struct refit_terms refit = {20, 3e-3, &follow_table};
 
 static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -251,7 +252,7 @@ static int join(struct srnf_warp *chain, const struct srnf_warp *delta)
     return SRNF_OK;
 }
 
-/* The cloud at the points of delta as its chain has them: of one step, if that is as good. */
+/* The cloud at the points of delta as its chain has them: of few steps, if that is as good. */
 static int settle(struct climb *c, struct srnf_warp *delta)
 {
     const struct search *s = c->search;

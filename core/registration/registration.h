@@ -4,12 +4,16 @@
  * min over O in SO(3) and gamma in Diff+(S^2) of ||q1 - O (q2, gamma)||^2, (q2, gamma) = sqrt(J) q2
  * o gamma.
  *
- * Nothing is resampled while optimizing. The state is the points p_i = gamma(s_i) on the template's
- * grid and J_i; q2 and its derivative at p_i come from the harmonics of the moving surface itself.
- * A left step gamma <- exp(w) o gamma moves the points, and multiplies J by the step's own
- * Jacobian, both in closed form. Since the action is isometric, the Gauss-Newton matrix of left
- * steps, H_kl = integral <D X_k, D X_l>, D X = X . grad q2 + div X q2 / 2, does not depend on
- * gamma: it is assembled once for a moving surface and a degree of fields.
+ * The state is the points p_i = gamma(s_i) on the template's grid and J_i. A left step gamma <-
+ * exp(w) o gamma moves the points, and multiplies J by the step's own Jacobian. Since the action is
+ * isometric, the Gauss-Newton matrix of left steps, H_kl = integral <D X_k, D X_l>, D X = X . grad
+ * q2 + div X q2 / 2, does not depend on gamma: it is assembled once for a moving surface and a
+ * degree of fields.
+ *
+ * All but exact mode, and surfaces that are nearly the same, reads q2, its derivative and the steps
+ * from tables of splines (tabulated.h). The direct path resamples nothing: q2 and its derivative at
+ * p_i come from the harmonics of the moving surface itself, and steps are taken in closed form.
+ * The objective that is reported is measured with the surface itself in either case.
  *
  * Fields are X = grad phi + p x grad psi with phi and psi of degree D; their coefficients, divided
  * by sqrt(l (l + 1)), are the unknowns: double[2][(D+1)^2], entries l = 0 unused.
