@@ -128,9 +128,11 @@ void store_recent_keep(struct store_recent *recent, uint64_t age, const char *id
 
 /*
  * One write. run is called on the writer thread inside a transaction and a savepoint; a negative
- * status undoes what it did. It may be called more than once when its group had to be rolled
- * back: it must then fill its outputs anew. Blobs that run names by store_write_drop are removed
- * from the disk once the group is committed.
+ * status undoes what it did in the database, and nothing that it did to its argument. It may be
+ * called twice: when another write of its group or the commit failed, and, if it frees, again with
+ * the reserve on a full disk. So it sets all outputs anew before it reads any, counts from nothing
+ * and leaves its inputs as they were. Blobs that run names by store_write_drop are removed from the
+ * disk once the group is committed.
  */
 struct store_write {
     int (*run)(struct store *store, sqlite3 *db, struct store_write *write);

@@ -103,7 +103,7 @@ static int run_batched(struct store *store, sqlite3 *db, struct store_write *wri
     size_t changed = 0;
     int status = store_owner_limit(db, job->owner, batched->bytes_max);
 
-    memcpy(batched->given_id, job->id, sizeof batched->given_id);
+    memcpy(job->id, batched->given_id, sizeof job->id);
     if (status == STORE_OK) {
         status = choose_id(db, job);
     }
@@ -156,6 +156,7 @@ int store_batch_add_job(struct store_batch *batch, struct store_job *job, const 
     }
     batched->job = *job;
     *job = (struct store_job){.attempt = 0};
+    memcpy(batched->given_id, batched->job.id, sizeof batched->given_id);
     batched->bytes_max = bytes_max;
     batched->results = malloc(size + 1);
     if (batched->results) {

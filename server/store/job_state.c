@@ -439,6 +439,7 @@ static int run_recover(struct store *store, sqlite3 *db, struct store_write *wri
     int status = dismiss_canceled(db, now);
 
     (void)store;
+    recovery->requeued = recovery->failed = 0;
     if (status == STORE_OK && recovery->named[0]) {
         status = blame_named(db, now, recovery);
     }
