@@ -57,7 +57,7 @@ static int read_row(struct jobs_run *run, unsigned char **bytes, size_t *size)
     *bytes = NULL;
     *size = 0;
     /* Another build may lay its checkpoints out differently, and would mix its numbers in. */
-    if (job->attempt > 0 && job->numeric_build && strcmp(job->numeric_build, build) == 0) {
+    if (job->numeric_build && strcmp(job->numeric_build, build) == 0) {
         status = store_checkpoint_get(run->jobs->config.store, job->id, bytes, size);
     }
     if (status == STORE_OK) {

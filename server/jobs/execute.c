@@ -7,7 +7,7 @@
  *   either, but told to stop       as neither: loops that are told break off where they are, so
  *                                  what comes of them says nothing
  *   neither, a user asked to stop  dismissed
- *   neither, the daemon stops      accepted again, the attempt not counted
+ *   neither, the daemon stops      accepted again, and begun anew by the next
  *   neither, its time was over     failed with time-limit
  *   neither, nobody asked          failed with internal-error: the process breaks its contract
  *

@@ -92,8 +92,8 @@ int store_job_places(struct store *store,
 /* Apart from cancellation and recovery, the one function in which a job ends or goes back: a
  * transition table and one UPDATE guarded by
    status and attempt; STORE_CONFLICT when the guard does not hold. results only with SUCCESSFUL,
-   a problem only with FAILED. Going back to ACCEPTED gives the attempt back. STORE_QUOTA: the owner
-   may not hold the results; nothing has changed. */
+   a problem only with FAILED. STORE_QUOTA: the owner may not hold the results; nothing has changed.
+ */
 int store_job_transition(struct store *store, const char *id, int64_t attempt,
                          enum store_job_status to, const char *results, const char *problem_code,
                          const char *problem_detail);

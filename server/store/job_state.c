@@ -274,7 +274,7 @@ static int run_transition(struct store *store, sqlite3 *db, struct store_write *
             db, &changed,
             "UPDATE job SET status = ?1, results = ?2, problem_code = ?3, problem_detail = ?4, "
             "progress = ?5, message = '', updated_ms = ?6, finished_ms = iif(?7, 0, ?6), "
-            "started_ms = iif(?7, 0, started_ms), attempt = attempt - ?7, "
+            "started_ms = iif(?7, 0, started_ms), "
             "cancel_requested = cancel_requested OR ?1 = 'dismissed' "
             "WHERE id = ?8 AND attempt = ?9 AND status IN (?10, ?11)",
             "ttttdiititt", names[t->to], t->results ? t->results->hash : NULL, t->problem_code,

@@ -18,6 +18,7 @@
 
 #include "engine.h"
 #include "jobs/submit.h"
+#include "metrics.h"
 #include "store/digest.h"
 #include "store/job.h"
 #include "store/page.h"
@@ -28,6 +29,7 @@
 /* What the processes do and see. gate holds the runs of "wait" until it opens. */
 struct world {
     struct engine engine;
+    struct metrics *metrics; /* NULL: none */
     atomic_int runs[JOBS_MANY], total, changes, waiting;
 };
 
@@ -179,6 +181,7 @@ static void open_engine(struct world *world, size_t workers, size_t max_queued)
         .numeric_build = "build",
         .max_queued = max_queued,
         .changed = on_changed,
+        .metrics = world->metrics,
     };
 
     assert_int_equal(jobs_open(&world->engine.jobs, &config), JOBS_OK);
@@ -641,12 +644,14 @@ static void failures_are_written_down(void **state)
 
 /* ---- Stopping and starting ------------------------------------------------------------------- */
 
+/* It has been begun once then, and has waited once. */
 static void draining_puts_back_what_does_not_end(void **state)
 {
     struct world *world = *state;
     char runs[STORE_ID_MAX], waits[STORE_ID_MAX];
     struct store_job job;
 
+    world->metrics = metrics_create();
     open_engine(world, 1, 0);
     submit(world, "wait", "runs", runs);
     submit(world, "count", "7", waits);
@@ -655,7 +660,7 @@ static void draining_puts_back_what_does_not_end(void **state)
     world->engine.jobs = NULL;
     assert_int_equal(store_job_get(world->engine.fixture->store, runs, &job), STORE_OK);
     assert_int_equal(job.status, STORE_JOB_ACCEPTED);
-    assert_int_equal(job.attempt, 0);
+    assert_int_equal(job.attempt, 1);
     store_job_clear(&job);
     assert_int_equal(fixture_status(world->engine.fixture->store, waits), STORE_JOB_ACCEPTED);
     assert_int_equal(world->total, 0);
@@ -665,6 +670,11 @@ static void draining_puts_back_what_does_not_end(void **state)
     await(world, runs, STORE_JOB_SUCCESSFUL);
     await(world, waits, STORE_JOB_SUCCESSFUL);
     assert_int_equal(world->runs[7], 1);
+    assert_int_equal(
+        (int)metrics_value(world->metrics, METRIC_JOB_WAIT_SECONDS, METRIC_LABELS("wait")), 1);
+    jobs_close(world->engine.jobs, 1.0);
+    world->engine.jobs = NULL;
+    metrics_destroy(world->metrics);
 }
 
 /* The grace of a shutdown is for what runs; what waits, or comes, is for the next start. */
