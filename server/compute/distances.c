@@ -157,8 +157,9 @@ static int run_spread(struct jobs_run *run, struct spread *spread, double from, 
                                .user = spread};
     int status = prepare(spread);
 
-    spread->block =
-        seconds_block(seconds_of_pair((double)spread->asked.degree), spread->count, BLOCK_MAX);
+    spread->block = seconds_block(
+        seconds_of_pair((double)spread->asked.degree, spread->asked.registration.symmetric),
+        spread->count, BLOCK_MAX);
     round.n = (spread->count + spread->block - 1) / spread->block;
     if (status == SRNF_OK) {
         status = jobs_run_round(run, &round, result);

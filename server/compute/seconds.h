@@ -25,8 +25,8 @@
 double seconds_of_encodings(double degree, double meshes, double faces);
 /* Of one surface to another, one way. */
 double seconds_of_registration(double degree);
-/* Of the distance of two, searched both ways. */
-double seconds_of_pair(double degree);
+/* Of two, searched both ways (symmetric) or one. */
+double seconds_of_pair(double degree, bool symmetric);
 double seconds_of_inversion(double degree);
 /* Each of n subjects compared with the others in a fold of its own. */
 double seconds_of_folds(enum srnf_metric metric, double n, double degree);

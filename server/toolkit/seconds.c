@@ -52,17 +52,19 @@ static double of_members(const struct api_work *work)
     return (double)(work->surfaces + work->meshes);
 }
 
-/* A path from a surface to another in `steps` inversions, registered before. */
-static double path(const struct api_work *work, const json_t *inputs, double registered,
+/* A path from a surface to another in `steps` inversions; before it, as many registrations, both
+   ways unless the inputs say otherwise. */
+static double path(const struct api_work *work, const json_t *inputs, double registrations,
                    double steps)
 {
+    bool symmetric = !json_is_false(json_object_get(inputs, "symmetric"));
     double degree = degree_of(work, inputs);
     double each = seconds_of_inversion(degree) *
                   (inputs_chose(inputs, "method", "pullback") ? PULLBACK : 0.2);
 
     return first(work) + steps * each +
            (json_is_true(json_object_get(inputs, "register"))
-                ? registered * seconds_of_registration(degree)
+                ? registrations * seconds_of_pair(degree, symmetric)
                 : 0.0);
 }
 
@@ -90,9 +92,9 @@ double geodesic_seconds(const struct api_work *work, const json_t *inputs)
 
 double register_seconds(const struct api_work *work, const json_t *inputs)
 {
-    double times = json_is_true(json_object_get(inputs, "symmetric")) ? 2.0 : 1.0;
+    bool symmetric = json_is_true(json_object_get(inputs, "symmetric"));
 
-    return first(work) + times * seconds_of_registration((double)work->degree) *
+    return first(work) + seconds_of_pair((double)work->degree, symmetric) *
                              (json_is_true(json_object_get(inputs, "exact")) ? 4.0 : 1.0);
 }
 
@@ -102,15 +104,15 @@ double distances_seconds(const struct api_work *work, const json_t *inputs)
     bool registered = json_is_true(json_object_get(inputs, "register"));
 
     return seconds_of_group(work, registered) +
-           pairs * (registered ? seconds_of_pair(degree) : 1e-6 * degree * degree);
+           pairs * (registered ? seconds_of_pair(degree, true) : 1e-6 * degree * degree);
 }
 
-/* As if every other pair were registered. */
+/* As if bounds spared no pair: how many they do only the search tells. */
 double neighbours_seconds(const struct api_work *work, const json_t *inputs)
 {
     double n = of_members(work), pairs = 0.5 * n * (n - 1.0);
 
-    return seconds_of_group(work, true) + pairs * seconds_of_registration(degree_of(work, inputs));
+    return seconds_of_group(work, true) + pairs * seconds_of_pair(degree_of(work, inputs), true);
 }
 
 double mean_seconds(const struct api_work *work, const json_t *inputs)

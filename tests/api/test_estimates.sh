@@ -27,6 +27,22 @@ compare "$(json .estimatedSeconds)" '>' "$COARSE" 'a higher degree takes longer'
 compare "$(json .estimatedBytes)" '>' "$BYTES" 'and needs more'
 estimate mean "{\"surfaces\":[$ALL],\"lmax\":15,\"register\":false}"
 compare "$(json .estimatedSeconds)" '<' "$COARSE" 'without registration it is faster'
+
+# The same search is told to take as long, whichever process makes it.
+seconds() { # PROCESS INPUTS
+    estimate "$1" "$2"
+    json .estimatedSeconds
+}
+PAIR="\"template\":${IDS[0]},\"moving\":${IDS[1]}"
+ENDS="\"from\":${IDS[0]},\"to\":${IDS[1]},\"steps\":2"
+BOTH=$(seconds register "{$PAIR,\"symmetric\":true}") ONE=$(seconds register "{$PAIR}")
+is "$(seconds distances "{\"surfaces\":[${IDS[0]},${IDS[1]}]}")" "$BOTH" \
+    'a distance takes what registering both ways takes'
+compare "$BOTH" '>' "$ONE" 'which takes more than one way'
+PATH_BOTH=$(seconds geodesic "{$ENDS}") PATH_ONE=$(seconds geodesic "{$ENDS,\"symmetric\":false}")
+is "$(jq -n "($PATH_BOTH - $PATH_ONE) * 1e6 | round")" "$(jq -n "($BOTH - $ONE) * 1e6 | round")" \
+    'as a path that searches so takes more'
+
 estimate encode "{\"mesh\":${IDS[0]}}"
 is "$STATUS $(json .estimatedBytes)" '200 null' 'memory that nothing is judged by is null'
 compare "$(json .estimatedSeconds)" '<' 1 'an encode is short'

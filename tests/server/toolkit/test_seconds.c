@@ -62,12 +62,12 @@ static void shots_in_the_other_metric_are_long(void **state)
 /* 4,950 pairs of ventricles took 0.1 s each at degree 15, of brain structures 0.2 s. */
 static void tasks_take_about_a_second(void **state)
 {
-    size_t block = seconds_block(seconds_of_pair(15.0), 4950, 64);
+    size_t block = seconds_block(seconds_of_pair(15.0, true), 4950, 64);
 
     (void)state;
     assert_in_range(block, 4, 12);
     assert_in_range(seconds_block(seconds_of_registration(15.0), 10000, 64), 5, 12);
-    assert_int_equal(seconds_block(seconds_of_pair(127.0), 4950, 64), 1);
+    assert_int_equal(seconds_block(seconds_of_pair(127.0, true), 4950, 64), 1);
 }
 
 static void workers_have_tasks_to_share(void **state)
