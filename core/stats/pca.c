@@ -13,7 +13,8 @@
  * (eps ||mean||)^2 with a margin, what subtracting the mean leaves of equal subjects.
  *
  * Cost: n^2 P 3 multiply-adds for G (one dsyrk), n^3 for its eigenvectors, n K P 3 for modes and
- * scores. Memory beside the result: two copies of the centred fields and n^2.
+ * scores. Memory beside the result: the centred fields, weighted, and 3 n^2, of which the
+ * eigensolver works in 2 (dsyevd).
  */
 #include "stats.h"
 #include "linear/linear.h"

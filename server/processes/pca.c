@@ -6,6 +6,8 @@
  * how project registers others; and for each member the id of its surface, its distance from the
  * mean and its residual, by which project knows the member again.
  */
+#include <math.h>
+
 #include "toolkit/mean.h"
 #include "toolkit/model_keep.h"
 #include "toolkit/seconds.h"
@@ -40,11 +42,48 @@ static const struct process_output outputs[] = {
     {NULL, NULL, NULL},
 };
 
-#define COPIES 5 /* fields of each surface: registered, weighted, modes and their copy */
+/* Fields of each surface: registered, modes, and as the model is kept a copy and the bytes of
+   these. While they are fitted there are three: registered, weighted, modes. */
+#define COPIES 4
+/* n x n numbers of the calibration, beside those of a mean (toolkit/mean.c), and of each thread
+   that leaves out a subject of several members. */
+#define SQUARES 1.0
+#define SQUARES_OUT 3.0
+#define BATCH 128.0 /* fields that a thread takes at a time of a large group */
+
+static bool measured_again(const struct process_inputs *given, size_t n)
+{
+    const json_t *cohort = json_object_get(given->canonical, "cohort");
+    size_t count = 0, largest = 0;
+    size_t *subjects =
+        group_subject_numbers(json_object_get(cohort, "subjects"), n, &count, &largest);
+
+    srnf_free(subjects);
+    return largest > 1;
+}
+
+/* Beside the fields: of the calibration (core/stats/calibrate.c); of a large group of two blocks of
+   vectors, half as many again as components, with modes and scores (core/stats/pca_largest.c). */
+static double bytes_of_components(const struct process_inputs *given, size_t n, long degree)
+{
+    const struct jobs *jobs = given->call->api->config.jobs;
+    double threads = jobs ? 1.0 + (double)jobs_worker_count(jobs) : 1.0;
+    double rows = (double)srnf_working_rows((size_t)degree), field = 6.0 * rows * rows;
+    double members = (double)n, rank = fmin(members, field);
+    json_int_t asked = json_integer_value(json_object_get(given->canonical, "components"));
+    double most = asked > 0 ? (double)asked : PROCESS_COMPONENTS_MAX;
+    double block = most + fmax(20.0, most / 2.0);
+
+    if (n > COMPUTE_PAIRS_MAX) {
+        return 8.0 * (3.0 * block * (field + members) + threads * BATCH * field);
+    }
+    return 8.0 * (SQUARES * members * members +
+                  (measured_again(given, n) ? threads * SQUARES_OUT * rank * rank : 0.0));
+}
 
 static void complete(struct process_inputs *given)
 {
-    mean_complete(given, mean_copies(given, COPIES));
+    mean_complete_beside(given, mean_copies(given, COPIES), bytes_of_components);
 }
 
 /* ---- The model ------------------------------------------------------------------------------- */

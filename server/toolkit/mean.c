@@ -80,13 +80,19 @@ size_t mean_copies(const struct process_inputs *inputs, size_t copies)
     return group_size(inputs) > COMPUTE_PAIRS_MAX ? 1 : copies;
 }
 
-void mean_complete(struct process_inputs *inputs, size_t copies)
+void mean_complete_beside(struct process_inputs *inputs, size_t copies, mean_bytes *more)
 {
     size_t n = group_size(inputs);
     long degree = inputs_integer(inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, inputs->degree);
+    double bytes = bytes_beside_fields(inputs, n, degree);
 
-    inputs_check_memory(inputs, n, degree, copies, bytes_beside_fields(inputs, n, degree));
+    inputs_check_memory(inputs, n, degree, copies, bytes + (more ? more(inputs, n, degree) : 0.0));
     group_landmarks_complete(inputs);
+}
+
+void mean_complete(struct process_inputs *inputs, size_t copies)
+{
+    mean_complete_beside(inputs, copies, NULL);
 }
 
 /* ---- The mean -------------------------------------------------------------------------------- */

@@ -77,6 +77,9 @@ extern const char *const mean_srnf_methods[];
 /* For complete: sets lmax, by default the degree of the group, and checks the memory for `copies`
    fields of each surface. */
 void mean_complete(struct process_inputs *inputs, size_t copies);
+/* The same with bytes beside these fields, of a group of n at that degree. */
+typedef double mean_bytes(const struct process_inputs *inputs, size_t n, long degree);
+void mean_complete_beside(struct process_inputs *inputs, size_t copies, mean_bytes *more);
 /* How many of so many there are of a mean, and its components, that compares no pairs of a group so
    large (COMPUTE_PAIRS_MAX): the registered ones alone. */
 size_t mean_copies(const struct process_inputs *inputs, size_t copies);

@@ -71,4 +71,51 @@ is "$STATUS $(json .code)" '404 no-such-mesh' 'a viewer may ask, of what is its 
 
 stop_server
 is $? 0 'the daemon ends well'
+
+# A pca has no more in use than was told: with all its components, of many members of few numbers each, and with each
+# subject measured twice, where every worker leaves out another one.
+start_server "$SCRATCH/many" --workers 8 || exit 1
+/usr/bin/python3 - "$URL" 150 >"$SCRATCH/members" <<'PYTHON' || not_ok 'surfaces are sent'
+import json, random, sys, urllib.request
+random.seed(1)
+members = []
+for number in range(int(sys.argv[2])):
+    coefficients = {"lmax": 4}
+    for axis, place in ("x", 3), ("y", 1), ("z", 2):
+        coefficients[axis] = [random.gauss(0, 0.002) for _ in range(25)]
+        coefficients[axis][place] += 1.3 if axis == "x" else 1
+    request = urllib.request.Request(sys.argv[1] + "/v1/surfaces", json.dumps({"coefficients": coefficients}).encode(),
+                                     {"Content-Type": "application/json"})
+    surface = json.load(urllib.request.urlopen(request))["id"]
+    members.append({"id": surface, "subject": f"s{number // 2}"})
+print(json.dumps(members))
+PYTHON
+# The most that a pca of the cohort has in use at once.
+BEFORE=0
+measure() { # COHORT
+    local all
+    execute pca "{\"cohort\":\"$1\",\"register\":false}" --header 'Prefer: wait=60'
+    is "$STATUS" 200 "a pca of cohort $1"
+    get /metrics
+    all=$(awk '$1 == "srnfd_job_memory_bytes_sum{process=\"pca\"}" { print $2 }' "$BODY")
+    PEAK=$((all - BEFORE)) BEFORE=$all
+}
+cohort_of() { # NAME JQ
+    post_json /v1/cohorts "$(jq -c "{name: \"$1\", members: ($2)}" "$SCRATCH/members")"
+}
+cohort_of first '.[:3]'
+measure first # from now on the transform is there
+cohort_of few '.[3:6]'
+measure few
+ALWAYS=$PEAK # of that, what does not grow with the group
+cohort_of once 'map(del(.subject))'
+cohort_of twice .
+for measured in once twice; do
+    estimate pca "{\"cohort\":\"$measured\",\"register\":false}"
+    BYTES=$(json .estimatedBytes)
+    measure $measured
+    compare $((PEAK - ALWAYS)) '<=' "$BYTES" 'has no more in use than was told'
+done
+stop_server
+is $? 0 'the daemon ends well'
 done_testing
