@@ -7,9 +7,9 @@
  * and u64 FNV-1a of all bytes before it. What is damaged, or not of this form, is as if it were not
  * there; whether a part belongs to what is computed is told by its series.
  *
- * Parts beyond BYTES_MAX are not kept: only a crash would cost more. They, and as much again while
- * a checkpoint is written, come on top of the memory of the job. When one is written says
- * checkpoint.c.
+ * Parts beyond BYTES_MAX are not kept: only a crash would cost more. The state is as large as its
+ * process makes it. Both, and as much again while a checkpoint is written, come on top of the
+ * memory of the job. When one is written says checkpoint.c.
  *
  * Lock: kept->mutex (rank 25). What was recalled does not change and is read without it.
  */
