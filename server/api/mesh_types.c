@@ -5,6 +5,7 @@
 #include "api/meshes.h"
 #include "api/respond.h"
 
+#include <stdio.h>
 #include <string.h>
 
 /* How each format is served, and the media types that say a body is in it. */
@@ -45,6 +46,19 @@ const char *mesh_media_type(const char *format)
         }
     }
     return "application/octet-stream";
+}
+
+void mesh_formats_named(char text[MESH_FORMATS_TEXT])
+{
+    const size_t count = sizeof formats / sizeof formats[0];
+    size_t at = 0;
+
+    for (size_t i = 0; i < count && at < MESH_FORMATS_TEXT; i++) {
+        const char *before = i == 0 ? "" : i + 1 < count ? ", " : " or ";
+
+        at +=
+            (size_t)snprintf(text + at, MESH_FORMATS_TEXT - at, "%s%s", before, formats[i].format);
+    }
 }
 
 /* NULL where the media type names none. */

@@ -33,6 +33,10 @@ int mesh_examine(struct compute_prepared *mesh, const struct srnf_mesh_read_info
 /* The format that a media type, of this length and without parameters, names; NULL: none. */
 const char *mesh_type_format(const char *type, size_t length);
 
+/* All formats of meshes, as a sentence lists them. */
+#define MESH_FORMATS_TEXT 256
+void mesh_formats_named(char text[MESH_FORMATS_TEXT]);
+
 /* Whether its source says that it is the mirror image of what was uploaded. */
 bool mesh_mirrored(const struct store_mesh *mesh);
 

@@ -69,18 +69,15 @@ static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
     const char *value = api_request_header(call->request, "Content-Type");
     struct problem_list problems = {.errors = NULL};
     const char *named = NULL;
-    char text[96];
+    char text[96], formats[MESH_FORMATS_TEXT];
     bool refused;
 
     *format = SRNF_MESH_UNKNOWN;
     if (query_get(call, "format", text, sizeof text, &refused)) {
         *format = srnf_mesh_format_from_name(text);
         if (*format == SRNF_MESH_UNKNOWN) {
-            problem_add(&problems, "/format",
-                        "format must be ply, obj, off, stl, vtk, vtp, gii, freesurfer, "
-                        "freesurfer-ascii, glb, gltf, mz3, byu, mni-obj, gmsh or brainvisa, not "
-                        "\"%s\".",
-                        text);
+            mesh_formats_named(formats);
+            problem_add(&problems, "/format", "format must be %s, not \"%s\".", formats, text);
             (void)problem_respond_list(call, "invalid-input", &problems);
             return false;
         }

@@ -147,6 +147,9 @@ done
 refused 'an unknown format' '?format=docx' 422 invalid-input 'docx' --data-binary "@$THALAMUS"
 post '/v1/meshes?format=docx' --data-binary "@$THALAMUS"
 is "$(json '.errors[0].pointer')" /format 'an unknown format is pointed at'
+DESCRIBED=$(sed -n 's/.*"enum"//; /^    MeshFormat:/,/]}/p' api/openapi.yaml | grep -o '"[a-z0-9-]*"' | sort | xargs)
+is "$(json '.errors[0].detail' | sed 's/^format must be //; s/, not .*//; s/ or /, /; s/, /\n/g' | sort | xargs)" "$DESCRIBED" \
+    'and those that the description has are listed'
 printf '<?xml version="1.0"?>\n<VTKFile type="ImageData">' >"$SCRATCH/new.vtp"
 refused 'another XML format of VTK' '' 422 unparsable-mesh 'extract the surface.*vtp' --data-binary "@$SCRATCH/new.vtp"
 gzip -c "$THALAMUS" | head -c 5000 >"$SCRATCH/mesh.gz"
