@@ -28,7 +28,8 @@ struct store_batch; /* store/batch.h */
 #define IMPORT_UNUSABLE "%.60s (%.200s) cannot be used: %s"
 #define IMPORT_EDITED "what it says of %.60s (%.200s) is not what the export wrote: it was changed"
 
-/* A mesh of the import, or a file that was refused when it was read, which has a path alone. */
+/* A mesh of the import, or a file that was refused or passed over when it was read, which has a
+   path alone. */
 struct import_file {
     char *path;       /* as it came */
     const char *base; /* its last part, within path */
@@ -40,6 +41,7 @@ struct import_file {
     unsigned char *bytes; /* of its own, that the batch reads; srnf_free; NULL: none */
     size_t put;           /* of the batch; SIZE_MAX: the owner had it */
     bool refused;
+    bool passed; /* refused, but for nothing more than a warning: import_is_companion */
 };
 
 struct import {
@@ -97,6 +99,8 @@ void import_drop(struct import *import, struct import_file *file, const char *co
                  const char *detail);
 /* Whether it is a label volume, by its bytes or its name. */
 bool import_is_volume(const struct import_given *given);
+/* Whether it is a text that goes with meshes, by its name and its bytes (imports_companions.c). */
+bool import_is_companion(const struct import_given *given);
 /* What a file is called: the last part of its path without its ending; "" where that is no name. */
 void import_name_of(const char *path, char name[NAME_SIZE]);
 /* Takes one file: a mesh, a volume or the table (imports_files.c). */

@@ -10,6 +10,10 @@
 #include "api/respond.h"
 #include "api/warnings.h"
 #include "store/cohort.h"
+#include "text.h"
+
+#define PASSED_SHOWN ((size_t)100) /* files that a warning has in its figures */
+#define PASSED_NAMED ((size_t)5)   /* and in its sentence */
 
 /* Nothing is kept: says why. */
 void import_respond_refused(struct import *import)
@@ -85,6 +89,39 @@ static void warn_untransformed(const struct import *import, json_t *warnings)
     }
 }
 
+/* Texts that came with the meshes. */
+static void warn_passed(const struct import *import, json_t *warnings)
+{
+    json_t *files = json_array();
+    char named[PASSED_NAMED * 70] = "";
+    size_t count = 0, length = 0;
+
+    for (size_t i = 0; i < import->n_files; i++) {
+        const struct import_file *file = &import->files[i];
+
+        if (file->passed && ++count <= PASSED_SHOWN) {
+            bool readable = delimited_utf8(file->path, strlen(file->path));
+
+            (void)json_array_append_new(files, json_string(readable ? file->path : "?"));
+            if (count <= PASSED_NAMED && readable) {
+                (void)snprintf(named + length, sizeof named - length, "%s%.60s", length ? ", " : "",
+                               file->base);
+                text_trim_cut(named);
+                length = strlen(named);
+            }
+        }
+    }
+    if (count > 0) {
+        warning_add(warnings, "files-passed-over",
+                    json_pack("{s:I, s:O}", "count", (json_int_t)count, "files", files),
+                    "%zu of the files %s no mesh, no volume and no table by name and content, and "
+                    "%s passed over: %s%s.",
+                    count, count == 1 ? "is" : "are", count == 1 ? "was" : "were", named,
+                    count > PASSED_NAMED ? " and others" : "");
+    }
+    json_decref(files);
+}
+
 void import_respond_taken(struct import *import, const struct store_cohort *cohort, bool created)
 {
     json_t *answer = json_object(), *meshes = json_array(), *volumes = json_array();
@@ -103,6 +140,7 @@ void import_respond_taken(struct import *import, const struct store_cohort *coho
         study_table_warn(&import->table, warnings);
     }
     warn_untransformed(import, warnings);
+    warn_passed(import, warnings);
     (void)json_object_set_new(answer, "meshes", meshes);
     (void)json_object_set_new(answer, "volumes", volumes);
     (void)json_object_set_new(answer, "cohort",

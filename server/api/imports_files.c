@@ -222,6 +222,18 @@ static void refuse_file(struct import *import, const char *path, const char *cod
     }
 }
 
+/* Its name is kept likewise. */
+static void pass_over(struct import *import, const char *path)
+{
+    struct import_file *file = add_file(import, path);
+
+    if (file) {
+        file->refused = file->passed = true;
+    } else {
+        import_answer_memory(import);
+    }
+}
+
 /* The detail of the problem that was answered. */
 static void refuse_answered(struct import *import, const char *path,
                             const struct api_response *response)
@@ -376,6 +388,8 @@ void import_take(struct import *import, struct import_given *given)
         take_table(import, given);
     } else if (import_is_volume(given)) {
         take_volume(import, given);
+    } else if (import_is_companion(given)) {
+        pass_over(import, given->path);
     } else {
         take_mesh(import, given);
     }

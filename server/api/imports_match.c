@@ -191,6 +191,11 @@ static void take_row(struct import *import, const struct index *index, size_t ro
         return;
     }
     named[file->number] = true;
+    if (file->passed) {
+        import_refuse(import, name, "unparsable-mesh",
+                      "line %u of %.200s names it, and it is a text and no mesh", line,
+                      import->table_path);
+    }
     if (file->refused) {
         return;
     }

@@ -31,6 +31,7 @@ static const char *const codes[] = {
     "far-from-model",
     "few-replicates",
     "few-subjects",
+    "files-passed-over",
     "inversion-not-converged",
     "label-at-border",
     "labels-alike",

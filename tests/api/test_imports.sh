@@ -195,6 +195,39 @@ import '?cohort=part&partial=true' "$SCRATCH/bad.zip"
 is "$STATUS $(json '"\(.meshes | length) \(.refused[0].file) \(.cohort.memberCount)"')" '201 1 bad.off 1' \
     'with partial=true the rest is kept'
 
+# What goes with meshes and is none is passed over and named, unless a row is about it or it is the table.
+made 41
+mkdir "$WRONG/sub"
+printf 'Made with care, by us.\nSee LICENSE.\n' | tee "$WRONG/README" "$WRONG/sub/notes.TXT" >"$WRONG/LICENSE.md"
+: >"$WRONG/empty.txt"
+(cd "$WRONG" && zip -q -r ../friends.zip .)
+import '?cohort=friends' "$SCRATCH/friends.zip"
+is "$STATUS $(json '[.cohort.memberCount, .refusedCount, [.warnings[].code]] | tojson')" '201 [1,0,["files-passed-over"]]' \
+    'a text beside the meshes refuses nothing'
+is "$(json '.warnings[0].figures | [.count, (.files | sort)] | tojson')" '[4,["LICENSE.md","README","empty.txt","sub/notes.TXT"]]' \
+    'and each is named'
+made 42
+printf 'Made with care.\n' >"$WRONG/notes.txt"
+printf 'file,label\ngood.off,a\nnotes.txt,b\n' >"$WRONG/t.csv"
+(cd "$WRONG" && zip -q ../named.zip ./*)
+refused "$SCRATCH/named.zip" 'notes.txt unparsable-mesh' 'a text that a row is about'
+made 43
+printf 'file\tlabel\ngood.off\ta\n' >"$WRONG/labels.txt"
+(cd "$WRONG" && zip -q ../called.zip ./*)
+refused "$SCRATCH/called.zip" 'labels.txt unparsable-mesh' 'a table that is called a text'
+for kind in 'file;label' '"FILE" , label' $'\xef\xbb\xbffile,label' $'name,label\ngood,a'; do
+    printf '%s\r\n' "$kind" >"$WRONG/labels.txt"
+    (cd "$WRONG" && zip -q ../called.zip ./*)
+    refused "$SCRATCH/called.zip" 'labels.txt unparsable-mesh' 'however it is written'
+done
+printf '\xff\xfef\0i\0l\0e\0\t\0a\0\n\0' >"$WRONG/labels.txt"
+(cd "$WRONG" && zip -q ../called.zip ./*)
+refused "$SCRATCH/called.zip" 'labels.txt unparsable-mesh' 'and in UTF-16'
+made 44
+echo 'no mesh' >"$WRONG/readme.off"
+(cd "$WRONG" && zip -q ../mesh.zip ./*)
+refused "$SCRATCH/mesh.zip" 'readme.off unparsable-mesh' 'what is called a mesh'
+
 made 2
 (cd "$WRONG" && cp good.off evil.off && tar --transform 's,evil,../../evil,' -cPf ../dots.tar good.off evil.off &&
     tar --transform 's,evil,/tmp/evil,' -cPf ../absolute.tar good.off evil.off &&
