@@ -22,7 +22,7 @@ struct distances {
     double *matrix;
 };
 
-void stats_pair(size_t index, size_t *i, size_t *j)
+void srnf_pair(size_t index, size_t *i, size_t *j)
 {
     size_t upper = (size_t)((1.0 + sqrt(1.0 + 8.0 * (double)index)) / 2.0);
 
@@ -46,7 +46,7 @@ static int measure_pair(void *argument, size_t index, const struct srnf_context 
 
     (void)context;
     (void)error;
-    stats_pair(index, &i, &j);
+    srnf_pair(index, &i, &j);
     d->matrix[i * d->n + j] = sqrt(stats_distance2(grid, d->q + i * size, d->q + j * size));
     return SRNF_OK;
 }

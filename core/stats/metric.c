@@ -217,7 +217,7 @@ static int measure_body(void *argument, size_t index, const struct srnf_context 
     size_t j;
     int status;
 
-    stats_pair(index, &i, &j);
+    srnf_pair(index, &i, &j);
     status = metrics[loop->metric].measure(c, i, j, context, &distance, error);
     c->matrix[i * c->n + j] = distance;
     c->matrix[j * c->n + i] = distance;

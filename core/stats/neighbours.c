@@ -285,7 +285,7 @@ static int measure_elsewhere(struct seeking *s, const struct srnf_context *conte
                                                .distances = distances};
 
         for (size_t c = 0; c < s->count; c++) {
-            stats_pair(s->pairs[c], &ends[c][0], &ends[c][1]);
+            srnf_pair(s->pairs[c], &ends[c][0], &ends[c][1]);
         }
         status = context->measure(context->user, &asked, error);
     }
@@ -352,7 +352,7 @@ static int seek(struct seeking *s, const struct srnf_context *context, struct sr
         for (size_t c = 0; c < s->count && status == SRNF_OK; c++) {
             size_t i, j;
 
-            stats_pair(s->pairs[c], &i, &j);
+            srnf_pair(s->pairs[c], &i, &j);
             insert(s, i, j);
             insert(s, j, i);
         }

@@ -77,7 +77,7 @@ static size_t list_items(struct run *run, size_t count, const size_t *pairs,
         double distance;
         size_t i, j;
 
-        stats_pair(index, &i, &j);
+        srnf_pair(index, &i, &j);
         if (stats_recall(context, asked->series, index, 1, &distance) && distance >= 0.0) {
             run->matrix[i * n + j] = distance;
         } else {
@@ -98,7 +98,7 @@ static void next_chunk(struct run *run, size_t count)
     while (run->last < count) {
         size_t ends[2], more = 0;
 
-        stats_pair(run->items[run->last].index, &ends[0], &ends[1]);
+        srnf_pair(run->items[run->last].index, &ends[0], &ends[1]);
         for (size_t k = 0; k < 2; k++) {
             more += run->wanted[ends[k]] != run->chunk;
         }
@@ -159,7 +159,7 @@ static int measure_one(void *argument, size_t index, const struct srnf_context *
     if (tools_take(&run->pool, &tools)) {
         return stats_fail(error, SRNF_ENOMEM, NULL);
     }
-    stats_pair(pair, &i, &j);
+    srnf_pair(pair, &i, &j);
     status =
         registration_distance(asked->sht, asked->surfaces[i], asked->surfaces[j], run->subjects[i],
                               run->subjects[j], tools, asked->options, context, &distance, error);

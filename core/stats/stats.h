@@ -163,8 +163,6 @@ void stats_keep(const struct srnf_context *context, uint64_t series, size_t inde
 
 /* ---- distances.c, metric.c ------------------------------------------------------------------- */
 
-/* Pairs (i, j) with i < j in the order (0,1), (0,2), (1,2), (0,3), ..: pair j (j - 1) / 2 + i. */
-void stats_pair(size_t index, size_t *i, size_t *j);
 /* Registered distances (registered.c). */
 struct stats_registered {
     const struct srnf_sht *sht;

@@ -28,6 +28,9 @@ SRNF_CHECKED int srnf_distances(const struct srnf_sht *sht, size_t n, const doub
                                 const struct srnf_context *context, double *matrix,
                                 struct srnf_error *error);
 
+/* Pairs (i, j) with i < j in the order (0,1), (0,2), (1,2), (0,3), ..: pair j (j - 1) / 2 + i. */
+void srnf_pair(size_t index, size_t *i, size_t *j);
+
 /* Bytes that registered distances of n surfaces take beside the matrix, at most. */
 double srnf_distances_memory(size_t n, size_t degree);
 

@@ -11,7 +11,6 @@
 #include "jobs/tasks.h"
 #include "store/digest.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -29,26 +28,12 @@ struct spread {
     double *distances;              /* [count] of some */
 };
 
-static void pair_at(size_t index, size_t pair[2])
-{
-    size_t upper = (size_t)((1.0 + sqrt(1.0 + 8.0 * (double)index)) / 2.0);
-
-    while (upper * (upper - 1) / 2 > index) {
-        upper--;
-    }
-    while (upper * (upper + 1) / 2 <= index) {
-        upper++;
-    }
-    pair[0] = index - upper * (upper - 1) / 2;
-    pair[1] = upper;
-}
-
 static void ends_of(const struct spread *spread, size_t index, size_t pair[2])
 {
     if (spread->pairs) {
         memcpy(pair, spread->pairs[index], sizeof spread->pairs[index]);
     } else {
-        pair_at(index, pair);
+        srnf_pair(index, &pair[0], &pair[1]);
     }
 }
 
@@ -115,7 +100,7 @@ static int take(void *user, size_t index, const void *result, size_t size)
             spread->distances[index * spread->block + k] = distances[k];
             continue;
         }
-        pair_at(index * spread->block + k, pair);
+        srnf_pair(index * spread->block + k, &pair[0], &pair[1]);
         spread->matrix[pair[0] * spread->n + pair[1]] = distances[k];
         spread->matrix[pair[1] * spread->n + pair[0]] = distances[k];
     }

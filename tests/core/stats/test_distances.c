@@ -204,7 +204,7 @@ static void prepared_surfaces_change_nothing(void **state)
         const double *ends[2];
         size_t i, j;
 
-        stats_pair(k, &i, &j);
+        srnf_pair(k, &i, &j);
         ends[0] = g.f[i];
         ends[1] = g.f[j];
         assert_int_equal(srnf_distances(g.sht, 2, ends, &options, NULL, pair, NULL), SRNF_OK);
@@ -225,7 +225,7 @@ static void prepared_surfaces_change_nothing(void **state)
         for (size_t k = 0; k < count; k++) {
             size_t i, j;
 
-            stats_pair(listed ? some[k] : k, &i, &j);
+            srnf_pair(listed ? some[k] : k, &i, &j);
             assert_true(matrix[i * MANY + j] == expected[i * MANY + j]);
         }
         assert_int_equal(atomic_load(&watch.reports), count);

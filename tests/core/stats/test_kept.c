@@ -76,7 +76,7 @@ static void pairs_are_kept_and_recalled(void **state)
         size_t i, j;
 
         assert_int_equal(first.kept[k], 1);
-        stats_pair(k, &i, &j);
+        srnf_pair(k, &i, &j);
         assert_memory_equal(&first.values[k], &whole[i * N + j], sizeof(double));
     }
     /* All but two are recalled, one of them as what it is not, which is believed; and what is no
