@@ -18,11 +18,14 @@
  *      different surfaces end the second way: their warps can be refined without end, each time
  *      for less
  *   7. if step 4 moved anybody, another look, and on from 5 if that moves anybody
- *   8. mu is inverted once, from the average of the registered surfaces (mean_surface.c)
+ *   8. the surfaces of one subject are laid alike, where they lie otherwise on each other than on
+ *      the mean (mean_visits.c); if any are, on from 5 to a second look at them
+ *   9. mu is inverted once, from the average of the registered surfaces (mean_surface.c)
  *
- * G never rises where domains are warped. No inversion happens inside the loop: mu need not be the SRNF of any surface, and
- * how far it is from one is told as the relative energy of step 8. Where nothing is registered one
- * iteration is exact; where the domain is only rotated, step 2 is all there is.
+ * G never rises where domains are warped, but by 8. No inversion happens inside the loop: mu need
+ * not be the SRNF of any surface, and how far it is from one is told as the relative energy of step
+ * 9. Where nothing is registered one iteration is exact; where the domain is only rotated, step 2
+ * is all there is.
  *
  * Between iterations the state is mu, the centre, and O_i and a chain for each subject: that is
  * what a checkpoint holds (mean_checkpoint.c). A resumed run ends with the same bits as one that
@@ -182,19 +185,24 @@ static bool is_converged(const struct mean_run *run, double tolerance)
             is_flat(run, last - 1, tolerance));
 }
 
-/* Whether another iteration is due; subjects are looked at before where that is. */
+/* Whether another iteration is due; subjects are looked at before where that is, and visits laid
+   alike in the end. */
 static int goes_on(struct mean_run *run, const struct srnf_mean_options *options, bool *on,
                    struct srnf_error *error)
 {
+    bool more = run->iterations < options->max_iterations;
     bool rests = is_converged(run, options->tolerance);
     bool moved = false;
     int status = SRNF_OK;
 
-    *on = run->iterations < options->max_iterations;
-    if ((*on || rests) && mean_looks_anew(run, rests)) {
+    if ((more || rests) && mean_looks_anew(run, rests)) {
         status = mean_look_anew(run, progress_of(run), &moved, error);
     }
-    *on = *on && (moved || !rests);
+    *on = more && (moved || !rests);
+    if (status == SRNF_OK && !*on && mean_has_visits(run)) {
+        status = mean_join_visits(run, progress_of(run), &moved, error);
+        *on = moved && more;
+    }
     return status;
 }
 
@@ -281,5 +289,6 @@ void srnf_mean_clear(struct srnf_mean *mean)
     srnf_free(mean->history);
     srnf_free(mean->landmarks);
     srnf_free(mean->landmark_points);
+    srnf_free(mean->apart);
     *mean = (struct srnf_mean){0};
 }

@@ -27,6 +27,7 @@
 
 #include "registration/tabulated.h"
 #include "stats.h"
+#include "subjects.h"
 
 #include <stdatomic.h>
 
@@ -137,9 +138,12 @@ struct mean_run {
     const struct srnf_group_landmarks *landmarks; /* or NULL */
     double *marks;                                /* [landmarks][3] those of the mean */
     uint64_t series;                              /* of the first registrations, as they are kept */
-    bool settled;                                 /* no look is due any more (mean_anew.c) */
-    size_t looks;                                 /* that have moved subjects */
-    size_t anew;                                  /* iterations before the last of these */
+    struct subjects owners;                       /* whose surfaces the subjects are */
+    bool *apart;  /* [owners] whose surfaces do not lie alike (mean_visits.c) */
+    bool settled; /* no look is due any more (mean_anew.c) */
+    size_t looks; /* that have moved subjects */
+    size_t joins; /* of visits, that have (mean_visits.c) */
+    size_t anew;  /* iterations before the last of these */
     size_t iterations;
     struct srnf_mean_iteration *history; /* [max_iterations] */
     size_t history_capacity;
@@ -264,6 +268,45 @@ bool mean_looks_anew(const struct mean_run *run, bool rests);
    not, nothing has changed. */
 SRNF_CHECKED int mean_look_anew(struct mean_run *run, struct stats_progress progress, bool *moved,
                                 struct srnf_error *error);
+
+struct mean_points;
+/* Subject i sought from nothing on a field: that of the mean (from: NULL), or of another subject,
+   which lies at the points from. another: whether that leads to another basin than it is in; found
+   is the registration to the field then, else empty; to be cleared. */
+SRNF_CHECKED int mean_seek(const struct mean_run *run, size_t i, const double *field,
+                           const struct mean_points *from, const struct srnf_context *context,
+                           struct warp *found, bool *another, struct srnf_error *error);
+
+/* ---- mean_visits.c --------------------------------------------------------------------------- */
+
+/* Whether subjects are several surfaces of one owner that can lie differently. */
+bool mean_has_visits(const struct mean_run *run);
+/* Surfaces of one owner that do are laid alike, and the mean follows; fills apart. moved: whether
+   any was; if not, nothing has changed. */
+SRNF_CHECKED int mean_join_visits(struct mean_run *run, struct stats_progress progress, bool *moved,
+                                  struct srnf_error *error);
+
+/* ---- mean_lying.c ---------------------------------------------------------------------------- */
+
+/* Where a subject lies, and how it was measured there. */
+struct mean_lying {
+    struct srnf_warp warp;
+    size_t tabulated;
+    struct mean_stand at;
+};
+/* In place of what was there. */
+SRNF_CHECKED int mean_lying_copy(const struct mean_run *run, size_t i, struct mean_lying *copy);
+SRNF_CHECKED int mean_lying_restore(const struct mean_run *run, size_t i,
+                                    const struct mean_lying *from);
+void mean_lying_clear(struct mean_lying *lying);
+/* Subject i where it lies on `by` as it is registered to that. */
+SRNF_CHECKED int mean_lying_on(const struct mean_run *run, size_t i, size_t by,
+                               const struct warp *registered);
+/* What a subject adds to G, times n. */
+static inline double mean_share(const struct mean_stand *at)
+{
+    return at->energy + at->penalty;
+}
 
 /* ---- mean_stand.c: where a subject is, and its steps ------------------------------------------ */
 

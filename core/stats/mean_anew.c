@@ -37,34 +37,37 @@ bool mean_looks_anew(const struct mean_run *run, bool rests)
     const struct srnf_register_options *o = &run->registration;
 
     return mean_is_warped(run) && !run->settled && (rests || run->iterations == 1) &&
-           run->anew < run->iterations && !o->common_pose && o->start == SRNF_START_TOURNAMENT &&
-           !mean_is_guided(run);
+           run->anew < run->iterations && run->joins == 0 && !o->common_pose &&
+           o->start == SRNF_START_TOURNAMENT && !mean_is_guided(run);
 }
 
-static double share_of(const struct mean_subject *subject)
+/* The nodes, or the points of from, along a chain. */
+static int follow(const struct mean_run *run, const struct mean_points *from,
+                  const struct srnf_warp *chain, struct tabulated_tools *tools,
+                  const struct srnf_context *context, struct cloud *cloud)
 {
-    return subject->at.energy + subject->at.penalty;
+    for (size_t k = 0; k < cloud->n; k++) {
+        size_t at = k < run->points ? k : run->points - 1;
+
+        for (size_t c = 0; c < 3; c++) {
+            cloud->point[c][k] = from ? from->gamma[c][k] : run->nodes[3 * at + c];
+        }
+        cloud->jacobian[k] = 1.0;
+    }
+    return cloud_follow(cloud, chain, &follow_table, tools, context);
 }
 
 /* Root of the mean square angle between where a subject is and where a chain leads. */
-static int angle_to(const struct mean_run *run, size_t i, const struct srnf_warp *chain,
-                    struct tabulated_tools *tools, const struct srnf_context *context,
-                    double *angle)
+static int angle_to(const struct mean_run *run, size_t i, const struct mean_points *from,
+                    const struct srnf_warp *chain, struct tabulated_tools *tools,
+                    const struct srnf_context *context, double *angle)
 {
     struct mean_points points;
     struct cloud cloud = {0};
     double sum = 0.0;
     int status = cloud_create(&cloud, run->padded);
 
-    for (size_t k = 0; k < cloud.n && status == SRNF_OK; k++) {
-        size_t at = k < run->points ? k : run->points - 1;
-
-        for (size_t c = 0; c < 3; c++) {
-            cloud.point[c][k] = run->nodes[3 * at + c];
-        }
-        cloud.jacobian[k] = 1.0;
-    }
-    status = status ? status : cloud_follow(&cloud, chain, &follow_table, tools, context);
+    status = status ? status : follow(run, from, chain, tools, context, &cloud);
     status = status ? status : mean_points_open(run, i, true, &points);
     if (status == SRNF_OK) {
         for (size_t k = 0; k < run->points; k++) {
@@ -81,60 +84,55 @@ static int angle_to(const struct mean_run *run, size_t i, const struct srnf_warp
     return status;
 }
 
-static int copy_chain(const struct mean_run *run, size_t i, struct srnf_warp *copy)
-{
-    struct srnf_warp chain;
-    int status = mean_chain_open(run, i, &chain);
-
-    *copy = (struct srnf_warp){0};
-    if (status) {
-        return status;
-    }
-    for (size_t k = 0; k < chain.n_links && status == SRNF_OK; k++) {
-        const struct srnf_warp_link *link = &chain.links[k];
-
-        status = warp_append(copy, link->kind, link->degree, link->values);
-    }
-    mean_chain_close(run, &chain);
-    return status;
-}
-
 /* Whether the tournament ends in another basin than the subject is in. */
-static int find_basin(const struct mean_run *run, size_t i, struct tabulated_tools *tools,
+static int find_basin(const struct mean_run *run, size_t i, const double *field,
+                      const struct mean_points *from, struct tabulated_tools *tools,
                       const struct srnf_context *context, bool *another)
 {
     struct srnf_warp chain;
     double angle = 0.0;
-    int status = registration_basin(run->work, run->mean_q, run->norm2, run->surfaces[i],
+    int status = registration_basin(run->work, field, run->norm2, run->surfaces[i],
                                     &run->registration, tools, context, &chain);
 
-    status = status ? status : angle_to(run, i, &chain, tools, context, &angle);
+    status = status ? status : angle_to(run, i, from, &chain, tools, context, &angle);
     srnf_warp_clear(&chain);
     *another = angle > ANOTHER_ANGLE;
     return status;
+}
+
+int mean_seek(const struct mean_run *run, size_t i, const double *field,
+              const struct mean_points *from, const struct srnf_context *context,
+              struct warp *found, bool *another, struct srnf_error *error)
+{
+    struct srnf_error why = {0};
+    struct tabulated_tools *tools;
+    int status = tools_take(run->pool, &tools);
+
+    *another = false;
+    status = status ? status : find_basin(run, i, field, from, tools, context, another);
+    if (status == SRNF_OK && *another) {
+        status = registration_to_field(run->work, field, run->norm2, run->surfaces[i],
+                                       &run->registration, NULL, tools, context, found, &why);
+    }
+    tools_give_back(run->pool, tools);
+    return status ? mean_register_failed(i, status, &why, error) : SRNF_OK;
 }
 
 /* The subject where a registration from nothing puts it, if that is lower. */
 static int move_if_lower(const struct mean_run *run, size_t i, struct warp *found, bool *moved)
 {
     struct mean_subject *subject = &run->subjects[i];
-    const struct mean_stand stand = subject->at;
-    const size_t tabulated = subject->tabulated;
-    const double before = share_of(subject);
-    struct srnf_warp kept = {0};
-    int status = copy_chain(run, i, &kept);
+    struct mean_lying kept = {.tabulated = 0};
+    int status = mean_lying_copy(run, i, &kept);
 
     status = status ? status : mean_take_registered(run, i, found->rotation, &found->chain);
     status = status ? status : mean_replay(run, i);
     status = status ? status : mean_measure(run, i, NULL, NULL);
-    *moved = status == SRNF_OK && share_of(subject) < LOWER * before;
+    *moved = status == SRNF_OK && mean_share(&subject->at) < LOWER * mean_share(&kept.at);
     if (status == SRNF_OK && !*moved) {
-        subject->at = stand;
-        subject->tabulated = tabulated;
-        status = mean_chain_set(run, i, &kept);
-        status = status ? status : mean_replay(run, i);
+        status = mean_lying_restore(run, i, &kept);
     }
-    srnf_warp_clear(&kept);
+    mean_lying_clear(&kept);
     return status;
 }
 
@@ -142,23 +140,12 @@ static int move_if_lower(const struct mean_run *run, size_t i, struct warp *foun
 static int look_at_one(const struct mean_run *run, size_t i, const struct srnf_context *context,
                        bool *moved, struct srnf_error *error)
 {
-    struct srnf_error why = {0};
     struct warp found = {.n = 0};
-    struct tabulated_tools *tools;
-    bool another = false;
-    int status = tools_take(run->pool, &tools);
+    bool another;
+    int status = mean_seek(run, i, run->mean_q, NULL, context, &found, &another, error);
 
     *moved = false;
-    status = status ? status : find_basin(run, i, tools, context, &another);
     if (status == SRNF_OK && another) {
-        status = registration_to_field(run->work, run->mean_q, run->norm2, run->surfaces[i],
-                                       &run->registration, NULL, tools, context, &found, &why);
-    }
-    tools_give_back(run->pool, tools);
-    if (status) {
-        return mean_register_failed(i, status, &why, error);
-    }
-    if (another) {
         status = move_if_lower(run, i, &found, moved);
     }
     warp_clear(&found);

@@ -8,14 +8,14 @@
  *   8 bytes      "srnfmean"
  *   u64          version of this layout
  *   u64          digest of what the run was started with: degree, grid, registration options, and
- *                every coefficient of every surface. When to stop (tolerance, number of iterations)
- *                is left out: a run may be resumed with a finer tolerance
+ *                subject and coefficients of every surface. When to stop (tolerance, number of
+ *                iterations) is left out: a run may be resumed with a finer tolerance
  *   u64 x 3      n, n_theta, n_phi
  *   u64          iterations done, k
  *   u64          1: the subjects have been registered
  *   u64          1: their chains are in scratch (mean_spill.c)
- *   u64 x 3      1: no look is due any more; looks that moved subjects, and iterations before the
- *                last of them (mean_anew.c)
+ *   u64 x 4      1: no look is due any more (mean_anew.c); looks and joins that moved subjects, and
+ *                iterations before the last of them (mean_visits.c)
  *   double[k][4] history: change, variance, objective, seconds
  *   double[3][n_theta][n_phi]  the mean
  *   chain        the centring
@@ -37,7 +37,7 @@
 #include <string.h>
 
 #define VERSION 6
-#define HEAD_BYTES ((size_t)13 * 8) /* with the sum at the end */
+#define HEAD_BYTES ((size_t)14 * 8) /* with the sum at the end */
 #define FNV_PRIME UINT64_C(1099511628211)
 
 static const unsigned char magic[8] = {'s', 'r', 'n', 'f', 'm', 'e', 'a', 'n'};
@@ -64,6 +64,9 @@ static uint64_t digest(const struct mean_run *run)
     uint64_t hash =
         stats_series(run->work, STATS_STATE_MEAN, run->n, run->surfaces, &run->registration);
 
+    for (size_t i = 0; i < run->n; i++) {
+        hash = stats_hash(hash, run->owners.of[i]);
+    }
     return mean_hash_landmarks(run, stats_hash(hash, run->registered));
 }
 
@@ -154,6 +157,7 @@ int mean_checkpoint_write(const struct mean_run *run, struct mean_bytes *bytes)
     put_u64(bytes, run->spill != NULL);
     put_u64(bytes, run->settled);
     put_u64(bytes, run->looks);
+    put_u64(bytes, run->joins);
     put_u64(bytes, run->anew);
     for (size_t k = 0; k < run->iterations; k++) {
         put_u64(bytes, bits_of(run->history[k].change));
@@ -371,13 +375,15 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
     spilled = get_u64(&reader);
     settled = get_u64(&reader);
     run->looks = (size_t)get_u64(&reader);
+    run->joins = (size_t)get_u64(&reader);
     run->anew = (size_t)get_u64(&reader);
     if (spilled != (run->spill != NULL)) {
         return srnf_fail(error, SRNF_EINVAL, -1,
                          "the bytes to resume from have their chains elsewhere");
     }
     if (settled > 1 || started != (run->registered && iterations > 0) || run->anew > iterations ||
-        run->looks > run->anew || (run->looks == 0) != (run->anew == 0)) {
+        run->looks > run->anew || run->joins > run->anew ||
+        (run->looks == 0 && run->joins == 0) != (run->anew == 0)) {
         return srnf_fail(error, SRNF_EINVAL, -1, "the bytes to resume from contradict themselves");
     }
     run->started = started == 1;

@@ -20,6 +20,8 @@ void mean_run_clear(struct mean_run *run)
     srnf_free(run->subjects);
     srnf_free(run->q);
     mean_spill_clear(run);
+    subjects_clear(&run->owners);
+    srnf_free(run->apart);
     tabulated_target_clear(&run->aim);
     mean_places_clear(run);
     srnf_free(run->history);
@@ -97,6 +99,7 @@ int mean_run_create(struct mean_run *run, const struct srnf_mean_options *option
         run->degree = run->registration.degree;
         status = registration_check(&run->registration, error);
     }
+    status = status ? status : subjects_open(&run->owners, run->n, options->subjects, error);
     run->landmarks = options->landmarks;
     status = status ? status : mean_landmarks_create(run, error);
     status = status ? status : create_grid(run);
@@ -115,8 +118,9 @@ int mean_run_create(struct mean_run *run, const struct srnf_mean_options *option
     run->subjects = srnf_alloc(run->n, sizeof *run->subjects);
     run->q = run->registered ? NULL : srnf_alloc(all, sizeof(double));
     run->history = srnf_alloc(run->history_capacity, sizeof *run->history);
+    run->apart = srnf_alloc(run->owners.count, sizeof *run->apart);
     if (!run->nodes || !run->weight || !run->mean_q || !run->previous || !run->target ||
-        !run->subjects || (!run->registered && !run->q) || !run->history) {
+        !run->subjects || (!run->registered && !run->q) || !run->history || !run->apart) {
         return SRNF_ENOMEM;
     }
     mean_tools_decide(run, options->keep_bytes);

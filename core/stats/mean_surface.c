@@ -165,6 +165,18 @@ static int place_fields(struct mean_run *run, struct srnf_mean *mean, double *st
     return status;
 }
 
+static int tell_apart(const struct mean_run *run, struct srnf_mean *mean)
+{
+    if (!mean_has_visits(run)) {
+        return SRNF_OK;
+    }
+    mean->apart = srnf_alloc(run->n, sizeof *mean->apart);
+    for (size_t i = 0; mean->apart && i < run->n; i++) {
+        mean->apart[i] = run->apart[run->owners.of[i]];
+    }
+    return mean->apart ? SRNF_OK : SRNF_ENOMEM;
+}
+
 int mean_hand_over(struct mean_run *run, struct srnf_mean *mean, struct srnf_error *error)
 {
     const struct srnf_grid *grid = srnf_sht_grid(run->sht);
@@ -178,6 +190,7 @@ int mean_hand_over(struct mean_run *run, struct srnf_mean *mean, struct srnf_err
         status = place_fields(run, mean, start, error);
     }
     status = status ? status : mean_landmarks_hand_over(run, mean, error);
+    status = status ? status : tell_apart(run, mean);
     status = status ? status : invert(run, start, mean, error);
     srnf_free(start);
     if (status) {

@@ -87,9 +87,10 @@ struct srnf_mean_options {
     /* Points that guide the warps to the mean, or that tell how well these correspond, or NULL.
        Guided, warps must be sought (registration, reparameterization, and not exact). */
     const struct srnf_group_landmarks *landmarks;
-    double tolerance;      /* relative change of the mean q, or twice in a row of the objective, at
+    const size_t *subjects; /* [n] as in srnf/subjects.h: those of one are laid alike; or NULL */
+    double tolerance;       /* relative change of the mean q, or twice in a row of the objective, at
                               which the mean is found; default 1e-3 */
-    size_t max_iterations; /* default 20 */
+    size_t max_iterations;  /* default 20 */
     /* Bytes of what evaluating and moving subjects takes that may be kept from one iteration to the
        next; beyond it is made anew each time, which takes longer and gives the same bits. Default
        256 MiB. */
@@ -111,7 +112,8 @@ struct srnf_mean_iteration {
     double change;    /* ||mu_k - mu_k-1|| / ||mu_k||, as parameterized from the centre */
     double variance;  /* mean squared distance to the mean q */
     double objective; /* variance / mean of ||q_i||^2 + mean penalty: never rises where domains are
-                         warped; rotations alone are sought from nothing each time */
+                         warped, unless surfaces of one subject are laid alike; rotations alone are
+                         sought from nothing each time */
     double seconds;
 };
 struct srnf_mean {
@@ -128,6 +130,8 @@ struct srnf_mean {
     double *landmarks;                   /* [n_landmarks][3] on the sphere of the mean */
     double *landmark_points; /* [n][n_landmarks][3] where the warps take those, on the sphere of
                                 each surface */
+    bool *apart; /* [n] whether the surfaces of its subject do not lie alike; NULL where that was
+                    not asked */
 };
 void srnf_mean_clear(struct srnf_mean *mean);
 
@@ -135,12 +139,13 @@ void srnf_mean_clear(struct srnf_mean *mean);
  * Karcher mean (the paper, Algorithm 2): register all to the mean SRNF, average, keep the
  * parameterization centred, repeat; one inversion at the end. Starts from the medoid of the
  * unregistered distances, in groups above 500 that of some 500 of them at equal steps, or from the
- * plain mean in a common pose. At rest, unless in a common pose or guided by landmarks, all are
- * sought once more from nothing, and those that lie better another way round are turned
- * (core/stats/mean_anew.c): the mean of nearly symmetric surfaces would depend on their poses.
- * Subjects run in parallel. Fields
- * of warps are sought on a grid that their degree cannot overfit, however coarse that of sht is.
- * The registration's representation is the SRNF.
+ * plain mean in a common pose. After the first iteration and, where that moved any, at rest, unless
+ * in a common pose or guided by landmarks, all are sought once more from nothing, and those that
+ * lie better another way round are turned (core/stats/mean_anew.c): the mean of nearly symmetric
+ * surfaces would depend on their poses. After that surfaces of one subject that lie otherwise on the mean than on each other are laid
+ * alike (core/stats/mean_visits.c), and all warps go on from there. Subjects run in parallel.
+ * Fields of warps are sought on a grid that their degree cannot overfit, however coarse that of sht
+ * is. The registration's representation is the SRNF.
  * Landmarks are those of the mean and of each surface: the mean's lie where the squared angles to
  * those of the surfaces are least (core/stats/mean_landmarks.c).
  * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED, SRNF_EIO (scratch);

@@ -5,81 +5,38 @@
  *
  * srnfd-test: no-asan (api/test_standard.sh runs its code)
  */
-#include "group.h"
+#include "bumps.h"
 #include "support/compare.h"
 
 #include <fftw3.h>
 
 #define DEGREE ((size_t)12)
 #define MEMBERS ((size_t)16)
-#define BUMPS ((size_t)5)
 #define POSES ((uint64_t)4)
 #define TURNING_POSE ((uint64_t)2) /* in which members are turned */
 
-/* An ellipsoid of three different axes with bumps: the same way round but for these. */
-static struct {
-    double centre[BUMPS + 1][3], height[BUMPS + 1];
-    double turn[9];
-} member;
-
-static void bumpy(const double e[3], double parameter, double x[3])
-{
-    static const double axes[3] = {14.0, 9.0, 7.0};
-    double u[3], square = 0.0, factor = 1.0;
-
-    (void)parameter;
-    for (size_t c = 0; c < 3; c++) {
-        u[c] = figure_dot(3, member.turn + 3 * c, e);
-        square += u[c] * u[c] / (axes[c] * axes[c]);
-    }
-    for (size_t k = 0; k <= BUMPS; k++) {
-        factor += member.height[k] * exp(7.0 * (figure_dot(3, u, member.centre[k]) - 1.0));
-    }
-    for (size_t c = 0; c < 3; c++) {
-        x[c] = factor / sqrt(square) * u[c];
-    }
-}
-
 /* Half of the members have a bump in one place; all have small ones anywhere. */
-static void draw_member(uint64_t seed)
+static struct bumps draw_member(uint64_t seed)
 {
-    static const double place[3] = {0.6, 0.7, 0.387};
     struct test_random random = test_random_seed(seed);
+    struct bumps bumps = {.centre = {{0.6, 0.7, 0.387}}, .height = {seed % 2 ? 0.12 : 0.0}};
 
-    memcpy(member.centre[0], place, sizeof place);
-    member.height[0] = seed % 2 ? 0.12 : 0.0;
-    for (size_t k = 1; k <= BUMPS; k++) {
-        double length;
-
-        for (size_t c = 0; c < 3; c++) {
-            member.centre[k][c] = test_random_normal(&random);
-        }
-        length = sqrt(figure_dot(3, member.centre[k], member.centre[k]));
-        for (size_t c = 0; c < 3; c++) {
-            member.centre[k][c] /= length;
-        }
-        member.height[k] = 0.03 * test_random_normal(&random);
+    for (size_t k = 1; k < BUMPS_MAX; k++) {
+        bumps_draw(&bumps, k, 0.03, &random);
     }
+    return bumps;
 }
 
 static void open_posed(struct group *g, uint64_t pose)
 {
     struct test_random random = test_random_seed(100 + pose);
-    struct shapes_surface own;
 
     group_open(g, DEGREE, MEMBERS);
-    shapes_open(&own, DEGREE);
     for (size_t i = 0; i < MEMBERS; i++) {
-        double rotation[9];
+        const struct bumps bumps = draw_member(i + 1);
 
-        draw_member(i + 1);
-        shapes_random_rotation(&random, member.turn);
-        shapes_fill(&own, bumpy, 0.0);
-        memcpy(g->f[i], own.f, g->count * sizeof(double));
-        shapes_random_rotation(&random, rotation);
-        shapes_rotate(rotation, g->each, g->f[i]);
+        bumps_make(g, i, &bumps, &random);
     }
-    shapes_close(&own);
 }
 
 static void does_not_depend_on_poses(void **state)
