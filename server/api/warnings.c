@@ -71,6 +71,7 @@ static const char *const codes[] = {
     "topology-changed",
     "training-subject",
     "transform-not-applied",
+    "visits-apart",
     "visits-coincide",
     "visits-exchanged",
     "visits-off-line",

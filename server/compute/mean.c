@@ -50,6 +50,7 @@ static int iterate(struct jobs_run *run, const struct srnf_sht *sht,
 
     options.registration = inputs->registration;
     options.landmarks = inputs->landmarks;
+    options.subjects = inputs->subjects;
     options.tolerance = inputs->tolerance;
     options.max_iterations = inputs->max_iterations;
     options.checkpoint = inputs->one_of_many ? NULL : keep_checkpoint;

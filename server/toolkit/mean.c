@@ -7,6 +7,7 @@
 #include "toolkit/mean.h"
 
 #include <math.h>
+#include <stdio.h>
 
 #include "api/surfaces.h"
 #include "api/warnings.h"
@@ -216,11 +217,41 @@ void mean_warn_converged(const struct group_mean *mean, json_t *document)
                 last->change, found->iterations, doubts_rotations(mean->positions));
 }
 
+/* Members of one subject that the mean says are turned otherwise than they say of each other. */
+static void warn_apart(const struct group_mean *mean, json_t *document)
+{
+    const json_t *names = json_object_get(mean->members->cohort, "subjects");
+    const bool *apart = mean->outputs.mean.apart;
+    json_t *subjects = json_array();
+    char more[64] = "";
+    size_t count;
+
+    for (size_t i = 0; apart && i < mean->members->n; i++) {
+        if (apart[i] && mean->members->subjects[i] == i) {
+            (void)json_array_append(subjects, json_array_get(names, i));
+        }
+    }
+    count = json_array_size(subjects);
+    if (count > 1) {
+        (void)snprintf(more, sizeof more, " (and of %zu more)", count - 1);
+    }
+    if (count > 0) {
+        warning_add(warnings_of(document), "visits-apart", json_pack("{s:O}", "subjects", subjects),
+                    "The surfaces of subject \"%.60s\"%s lie on the mean in different ways: turned "
+                    "to match each other they are nearer than as they match the mean. What differs "
+                    "between them as they lie, a change above all, may be that turn. See how they "
+                    "match with register; in one pose, commonPose rules turns out.",
+                    json_string_value(json_array_get(subjects, 0)), more);
+    }
+    json_decref(subjects);
+}
+
 void mean_warn_members(struct jobs_run *run, const struct group_mean *mean, json_t *document)
 {
     const struct group_input *members = mean->members;
 
     mean_warn_converged(mean, document);
+    warn_apart(mean, document);
     warnings_put(document, handedness_of_names(run, members->surfaces, members->cohort));
     group_warn_duplicates(run, document, members->surfaces, members->cohort,
                           (const char(*)[STORE_ID_MAX])mean->outputs.group.contents);

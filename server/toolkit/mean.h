@@ -131,7 +131,7 @@ const double *const *mean_surfaces(const struct group_mean *mean);
         {"history", OUTPUT_OBJECTS,                                                              \
          "[{iteration, change (relative, of the mean SRNF), variance (mean squared distance to " \
          "it), objective (variance relative to the mean squared norm, and mean penalty: never "  \
-         "rises), seconds}]."},                                                                  \
+         "rises, unless members of one subject are turned to lie alike), seconds}]."},           \
         GROUP_LABELS_OUTPUTS,                                                                    \
         {"distances", OUTPUT_NUMBERS_OR_NULLS, "Of each surface from the mean SRNF."},           \
         MEAN_LOSS_OUTPUT,                                                                        \

@@ -40,11 +40,30 @@ sides = [{'id': surface(s, t, 1.5 + 0.2 * t, 1.0, t == 1), 'subject': f's{s}', '
 # The same, parameterized so differently that no inversion finds them from their mean on.
 turned = [{'id': surface(s, t, 1.5 + 0.2 * t, 1.0, t == 1, s), 'subject': f's{s}', 'side': ('left', 'right')[t]}
           for s in range(6) for t in range(2)]
+# Ellipsoids with a bump, each in a pose of its own; the two visits of s0 have a higher bump besides, which lies on the
+# other side half a turn about the long axis off.
+def bumpy(i):
+    centres = [(0.8, 0.55, 0.24, 0.1), (-0.2, 0.55, -0.81, 0.125 * (i == 0)), (-0.2, -0.55, 0.81, 0.125 * (i == 1))]
+    def turned(p, by):
+        for k in range(3):
+            c, s = math.cos(by + k), math.sin(by + k)
+            p[k], p[k - 1] = c * p[k] - s * p[k - 1], s * p[k] + c * p[k - 1]
+        return p
+    def point(theta, phi):
+        u = turned([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)], 1.3 * i)
+        factor = 1 + sum(h * math.exp(7 * (x * u[0] + y * u[1] + z * u[2] - 1)) for x, y, z, h in centres)
+        r = factor / math.sqrt((u[0] / 14) ** 2 + (u[1] / 9) ** 2 + (u[2] / 7) ** 2)
+        return turned([r * x for x in u], 2.9 * i)
+    xyz = [[point(math.pi * t / 30, 2 * math.pi * p / 60) for p in range(60)] for t in range(31)]
+    grid = {'kind': 'equiangular', 'nTheta': 31, 'nPhi': 60, 'xyz': xyz}
+    return send('/v1/surfaces', {'grid': grid, 'lmax': 12})['id']
+bumps = [{'id': bumpy(i), 'subject': f's{i // 2}', 'time': i % 2} for i in range(10)]
+
 # Each side measured twice; one kind has sides that differ in z, by another amount in each subject.
 def measured(apart):
     return [{'id': surface(s, t + 2 * k, 1.5 + 0.2 * t, 1.0 + apart * t * math.cos(2.1 * s), t == 1), 'subject': f's{s}',
              'side': ('left', 'right')[t], 'covariates': {'replicate': k + 1}} for s in range(6) for t in range(2) for k in range(2)]
-print(json.dumps({'same': surface(5, 0, 1.5, 1.0001), 'other': surface(5, 1, 1.5, 4.0), 'visits': visits, 'sides': sides, 'turned': turned, 'equal': measured(0.0), 'apart': measured(0.2)}))
+print(json.dumps({'bumps': bumps, 'same': surface(5, 0, 1.5, 1.0001), 'other': surface(5, 1, 1.5, 4.0), 'visits': visits, 'sides': sides, 'turned': turned, 'equal': measured(0.0), 'apart': measured(0.2)}))
 PYTHON
 cohort() { # NAME FILTER
     curl -sS -X DELETE "$URL/v1/cohorts/$1" -o "$SCRATCH/ignored"
@@ -101,6 +120,13 @@ doubts '.[2].id as $a | .[5].id as $b | .[2].id = $b | .[5].id = $a' 1 2 '^200 .
     'visits exchanged between subjects'
 doubts ".[16].id = \"$(jq -r .same "$SCRATCH/members.json")\"" 0 1 '^200 .*visits-coincide s5$' 'a surface that was saved twice'
 doubts ".[16].id = \"$(jq -r .other "$SCRATCH/members.json")\"" 0 1 '^200 slope-odd s5$' 'a subject that is unlike all others'
+
+cohort bumps .bumps
+for process in change trajectories; do
+    execute "$process" '{"cohort":"bumps","permutations":9,"bootstraps":100}' --header "$WAIT"
+    is "$STATUS $(json '[.warnings[] | select(.code == "visits-apart") | .figures.subjects[]] | join(" ")')" '200 s0' \
+        "$process tells of visits that lie on the mean otherwise than on each other"
+done
 
 refused() { # PROCESS COHORT-FILTER PATTERN MORE
     cohort wrong "$2"
