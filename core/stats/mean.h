@@ -308,7 +308,7 @@ static inline double mean_share(const struct mean_stand *at)
     return at->energy + at->penalty;
 }
 
-/* ---- mean_stand.c: where a subject is, and its steps ------------------------------------------ */
+/* ---- mean_stand.c: where a subject is, and its steps ----------------------------------------- */
 
 /* O, energy and penalty against the target, where the subject is; field, or NULL: O sqrt(J)
    q(gamma), [3][P]; potentials, or NULL: the Gauss-Newton step of its own objective. */

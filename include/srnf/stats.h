@@ -142,8 +142,9 @@ void srnf_mean_clear(struct srnf_mean *mean);
  * plain mean in a common pose. After the first iteration and, where that moved any, at rest, unless
  * in a common pose or guided by landmarks, all are sought once more from nothing, and those that
  * lie better another way round are turned (core/stats/mean_anew.c): the mean of nearly symmetric
- * surfaces would depend on their poses. After that surfaces of one subject that lie otherwise on the mean than on each other are laid
- * alike (core/stats/mean_visits.c), and all warps go on from there. Subjects run in parallel.
+ * surfaces would depend on their poses. After that surfaces of one subject that lie otherwise on
+ * the mean than on each other are laid alike (core/stats/mean_visits.c), and all warps go on from
+ * there. Subjects run in parallel.
  * Fields of warps are sought on a grid that their degree cannot overfit, however coarse that of sht
  * is. The registration's representation is the SRNF.
  * Landmarks are those of the mean and of each surface: the mean's lie where the squared angles to

@@ -13,7 +13,7 @@
 #define STOP_AFTER ((size_t)3)
 #define STRIDE ((size_t)(FIGURES_SLOW ? 1601 : 397)) /* of the words that lie */
 #define TURNED ((size_t)(FIGURES_SLOW ? 3 : 1))      /* every n-th byte of those that are turned */
-#define HEAD_WORDS ((size_t)12)                      /* before the history */
+#define HEAD_WORDS ((size_t)13)                      /* before the history */
 
 /* Keeps the bytes of every checkpoint; asks to stop after one of them. */
 struct keeper {

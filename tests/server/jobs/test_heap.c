@@ -2,7 +2,7 @@
  * What large blocks take goes back to the system: checkpoints of a large group, which grow from one
  * to the next, left holes behind that nothing fitted.
  *
- * srnfd-test: no-asan (its allocator is another one)
+ * srnfd-test: no-asan (its allocator is another one; api/test_standard.sh runs its code)
  */
 #include <setjmp.h>
 #include <stdarg.h>
