@@ -40,6 +40,9 @@ void zip_add(struct zip_writer *zip, const char *path, const void *bytes, size_t
     zip->failed = archive_write_header(zip->archive, entry) != ARCHIVE_OK ||
                   (size > 0 && archive_write_data(zip->archive, bytes, size) != (la_ssize_t)size);
     archive_entry_free(entry);
+    if (zip->failed) { /* what it has of the bytes is not to be looked at when it is closed */
+        (void)archive_write_fail(zip->archive);
+    }
 }
 
 void zip_add_json(struct zip_writer *zip, const char *path, json_t *document)
