@@ -13,14 +13,28 @@
 #define DAY 86400
 #define TIME (10 * 365 * DAY + 2 * DAY) /* 1980-01-01, where the times of zip begin */
 
+/* What cannot be written is passed over, and told by zip_close. libarchive is not told: with an
+   entry that it could not finish it would look at bytes of the caller again when it is closed, and
+   keep the memory of the compression. */
+static la_ssize_t put(struct archive *archive, void *user, const void *bytes, size_t size)
+{
+    struct zip_writer *zip = user;
+
+    (void)archive;
+    zip->failed = zip->failed || fwrite(bytes, 1, size, zip->out) != size;
+    return (la_ssize_t)size;
+}
+
 bool zip_open(struct zip_writer *zip, FILE *out, bool deflate)
 {
+    zip->out = out;
+    zip->failed = false;
     zip->archive = archive_write_new();
     zip->failed =
         !zip->archive || archive_write_set_format_zip(zip->archive) != ARCHIVE_OK ||
         archive_write_set_options(zip->archive, deflate ? "zip:compression=deflate"
                                                         : "zip:compression=store") != ARCHIVE_OK ||
-        archive_write_open_FILE(zip->archive, out) != ARCHIVE_OK;
+        archive_write_open(zip->archive, zip, NULL, put, NULL) != ARCHIVE_OK;
     return !zip->failed;
 }
 
@@ -37,12 +51,11 @@ void zip_add(struct zip_writer *zip, const char *path, const void *bytes, size_t
     archive_entry_set_perm(entry, 0644);
     archive_entry_set_size(entry, (la_int64_t)size);
     archive_entry_set_mtime(entry, TIME, 0);
-    zip->failed = archive_write_header(zip->archive, entry) != ARCHIVE_OK ||
-                  (size > 0 && archive_write_data(zip->archive, bytes, size) != (la_ssize_t)size);
-    archive_entry_free(entry);
-    if (zip->failed) { /* what it has of the bytes is not to be looked at when it is closed */
-        (void)archive_write_fail(zip->archive);
+    if (archive_write_header(zip->archive, entry) != ARCHIVE_OK ||
+        (size > 0 && archive_write_data(zip->archive, bytes, size) != (la_ssize_t)size)) {
+        zip->failed = true;
     }
+    archive_entry_free(entry);
 }
 
 void zip_add_json(struct zip_writer *zip, const char *path, json_t *document)

@@ -11,10 +11,12 @@
 
 struct zip_writer {
     struct archive *archive;
+    FILE *out;
     bool failed;
 };
 
-/* Begins; out is borrowed. deflate: whether what is added is compressed. */
+/* Begins; out is borrowed, and the writer stays where it is, until it is closed. deflate: whether
+   what is added is compressed. */
 bool zip_open(struct zip_writer *zip, FILE *out, bool deflate);
 /* Adds a file. All files have one time, so that the same content is the same zip. */
 void zip_add(struct zip_writer *zip, const char *path, const void *bytes, size_t size);
