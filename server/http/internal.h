@@ -41,7 +41,7 @@ struct holder {
     size_t connections;     /* [m] of an address */
     size_t buffered;        /* [m] bytes */
     atomic_size_t requests; /* in progress */
-    size_t place;           /* where lanes add up its time; others may have the same */
+    uint64_t id;            /* by which lanes know it again when it has gone (lane.c) */
     bool local;             /* an address of this machine: has no share */
     char key[HOLDER_KEY_MAX];
 };
@@ -87,7 +87,8 @@ enum phase {
 
 /* A queue and its threads (lane.c). */
 enum { LANE_REQUESTS, LANE_UPLOADS, LANES };
-#define LANE_PLACES 256 /* in which the times of owners are added up */
+#define LANE_SETS 64 /* of those whose times are kept, by their ids */
+#define LANE_WAYS 8
 struct lane {
     struct http *http;
     struct exchange *first, **last; /* [m] the queue */
@@ -96,9 +97,10 @@ struct lane {
     size_t n_threads, n_started;
     struct exchange *running[HTTP_REQUEST_THREADS_MAX]; /* [m] what each thread handles, or NULL */
     double since[HTTP_REQUEST_THREADS_MAX];             /* [m] from when on */
-    struct {
-        double seconds, at; /* as of then; they halve every few seconds */
-    } spent[LANE_PLACES];   /* [m] by the owners' holders */
+    struct spent {
+        uint64_t id;        /* the holder's */
+        double seconds, at; /* as of then; they halve every few seconds. 0, 0: nobody's yet */
+    } spent[LANE_SETS][LANE_WAYS]; /* [m] what owners had of the threads */
 };
 
 struct exchange {

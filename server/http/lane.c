@@ -18,7 +18,8 @@
  *
  * Of uploads those go first whose owner has had less time of the threads lately: a few owners who
  * take turns with what each takes long would otherwise hold up another's for the sum of it. An
- * owner's time is kept when its connections have gone, and halves every few seconds.
+ * owner's time is kept when its connections have gone, and halves every few seconds; of very many
+ * owners those are forgotten who had least.
  *
  * The two queues have no such shares without tokens. One more thread for uploads takes only those
  * that are small (api_is_small), with a little memory of their own: so they have a way past large
@@ -130,23 +131,48 @@ static bool may_run(const struct lane *lane, size_t thread, const struct exchang
     return others < most && (!known || own == 0 || (own < (n + 1) / 2 && others + 1 < most));
 }
 
-static double spent_before(const struct lane *lane, size_t place, double now)
+/* What is left at a time of what an owner had. */
+static double lasts(const struct spent *spent, double now)
 {
-    return lane->spent[place].seconds * exp2((lane->spent[place].at - now) / SPENT_HALVES);
+    return spent->seconds * exp2((spent->at - now) / SPENT_HALVES);
+}
+
+/* Where the owner's time is kept; where it is not, where it may be: in place of the least. */
+static struct spent *spent_of(struct lane *lane, uint64_t id, double now)
+{
+    struct spent *set = lane->spent[(id >> 8) % LANE_SETS], *least = set;
+
+    for (size_t i = 0; i < LANE_WAYS; i++) {
+        if (set[i].id == id) {
+            return &set[i];
+        }
+        least = lasts(&set[i], now) < lasts(least, now) ? &set[i] : least;
+    }
+    return least;
 }
 
 /* What the owner has had of the lane's threads lately, in seconds, with what runs. */
-static double spent(const struct lane *lane, const struct exchange *exchange, double now)
+static double spent_by(struct lane *lane, const struct exchange *exchange, double now)
 {
-    size_t place = exchange->holder->place;
-    double seconds = spent_before(lane, place, now);
+    uint64_t id = exchange->holder->id;
+    const struct spent *before = spent_of(lane, id, now);
+    double seconds = before->id == id ? lasts(before, now) : 0.0;
 
     for (size_t i = 0; i < lane->n_threads; i++) {
         const struct exchange *runs = lane->running[i];
 
-        seconds += runs && runs->holder->place == place ? now - lane->since[i] : 0.0;
+        seconds += runs && runs->holder->id == id ? now - lane->since[i] : 0.0;
     }
     return seconds;
+}
+
+/* Adds to what the owner has had. */
+static void spend(struct lane *lane, const struct exchange *ran, double seconds, double now)
+{
+    struct spent *spent = spent_of(lane, ran->holder->id, now);
+    double before = spent->id == ran->holder->id ? lasts(spent, now) : 0.0;
+
+    *spent = (struct spent){ran->holder->id, before + seconds, now};
 }
 
 /* What of the queue goes next on this thread, or NULL. */
@@ -166,7 +192,7 @@ static struct exchange **choose(struct http *http, struct lane *lane, size_t thr
         } else if (!uploads || http->stopping || exchange->request.alone) {
             return best ? best : place;
         } else {
-            double seconds = spent(lane, exchange, now);
+            double seconds = spent_by(lane, exchange, now);
 
             best = seconds < least - SPENT_ALIKE ? place : best;
             least = best == place ? seconds : least;
@@ -220,11 +246,9 @@ void lane_leave(struct http *http, struct lane *lane, size_t thread)
 
     lane->running[thread] = NULL;
     if (lane == &http->lanes[LANE_UPLOADS]) {
-        size_t place = ran->holder->place;
         double now = clock_now();
 
-        lane->spent[place].seconds = spent_before(lane, place, now) + now - lane->since[thread];
-        lane->spent[place].at = now;
+        spend(lane, ran, now - lane->since[thread], now);
     }
     if (lane->first || http->stopping) {
         (void)pthread_cond_broadcast(&lane->work);

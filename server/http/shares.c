@@ -56,7 +56,7 @@ static struct holder *get(struct http *http, const char *key, bool local)
         }
         memcpy(holder->key, key, strlen(key) + 1);
         holder->local = local;
-        holder->place = (size_t)(hash_of(http, key) >> 8) % LANE_PLACES;
+        holder->id = hash_of(http, key);
         place = place_of(http, key);
         holder->next = *place;
         *place = holder;

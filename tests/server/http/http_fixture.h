@@ -39,6 +39,7 @@ static struct {
     atomic_int uploads, most_uploads; /* inside api_handle now, and at most */
     atomic_int alone;                 /* handled with request->alone */
     atomic_int crowded;               /* of these, those beside which another was handled */
+    atomic_int heads;                 /* of uploads and slow requests: their bodies come next */
     atomic_int begun;                 /* uploads and slow requests */
     atomic_int noted;                 /* of them, in order */
     char order[64];                   /* of those: the letters of their owners */
@@ -138,6 +139,7 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
 
         request->caller.name[0] = dash[1];
         request->caller.account = dash[1] == '0' ? NULL : (void *)&fake;
+        atomic_fetch_add(&fake.heads, 1);
     }
     request->probe = strcmp(request->path, "/probe") == 0;
     return strcmp(request->path, "/quick") == 0 ? API_QUICK : API_SLOW;
@@ -386,6 +388,7 @@ static struct http *serve(struct http_config config)
     atomic_store(&fake.most_uploads, 0);
     atomic_store(&fake.alone, 0);
     atomic_store(&fake.crowded, 0);
+    atomic_store(&fake.heads, 0);
     atomic_store(&fake.begun, 0);
     atomic_store(&fake.noted, 0);
     memset(fake.order, 0, sizeof fake.order);

@@ -154,7 +154,8 @@ static void who_had_least_goes_first(void **state)
     for (size_t i = 0; i < 4; i++) {
         uploads[i] = send_to(http, sent[i]);
         assert_true(comes_to(&fake.uploads, 1));
-        nap(250); /* so that they are queued in this order, also on a busy machine */
+        assert_true(comes_to(&fake.heads, 4 + (int)i));
+        nap(100); /* so that they are queued in this order, also on a busy machine */
     }
     for (size_t i = 0; i < 4; i++) {
         assert_int_equal(leave_and_hear(uploads[i]), 200);
