@@ -48,6 +48,11 @@ void index_box_clip(const struct index_box *box, const double origin[3], const d
 /* At most the squared distance of a point from what is in the box. */
 double index_box_distance2(const struct index_box *box, const double point[3]);
 
+/* srnf_index_distance2 that has a face to begin with, *face, which may be any: the sooner done the
+   nearer it is, as where the point has moved a little since. */
+double index_distance2_from(const struct srnf_index *index, const double point[3],
+                            double nearest[3], uint32_t *face);
+
 /* srnf_index_create that can be canceled. */
 SRNF_CHECKED int index_create(struct srnf_index **out, const struct srnf_mesh *mesh,
                               const struct srnf_context *context);

@@ -291,15 +291,25 @@ static void consider_face(const struct srnf_mesh *mesh, uint32_t face, const dou
     }
 }
 
-double srnf_index_distance2(const struct srnf_index *index, const double point[3],
-                            double nearest[3], uint32_t *face)
+struct waiting {
+    uint32_t node;
+    double distance2;
+};
+
+/* What is pushed lies nearer than *best. */
+static size_t push(struct waiting *stack, size_t depth, struct waiting one, double best)
 {
-    struct waiting {
-        uint32_t node;
-        double distance2;
-    } stack[INDEX_DEPTH_MAX];
-    double best = INFINITY, found[3] = {0.0, 0.0, 0.0};
-    uint32_t best_face = 0;
+    if (one.distance2 < best) {
+        stack[depth++] = one;
+    }
+    return depth;
+}
+
+/* Looks for what is nearer than *best says. */
+static void look_nearer(const struct srnf_index *index, const double point[3], double *best,
+                        double nearest[3], uint32_t *face)
+{
+    struct waiting stack[INDEX_DEPTH_MAX];
     size_t depth = 0;
 
     stack[depth++] = (struct waiting){0, 0.0};
@@ -307,14 +317,14 @@ double srnf_index_distance2(const struct srnf_index *index, const double point[3
         struct waiting top = stack[--depth];
         const struct index_node *node = &index->nodes[top.node];
 
-        if (top.distance2 >= best) {
+        if (top.distance2 >= *best) {
             continue;
         }
         for (size_t i = 0; i < node->count; i++) {
-            double before = best;
+            double before = *best;
 
-            consider_face(index->mesh, index->order[node->start + i], point, &best, found);
-            best_face = best < before ? index->order[node->start + i] : best_face;
+            consider_face(index->mesh, index->order[node->start + i], point, best, nearest);
+            *face = *best < before ? index->order[node->start + i] : *face;
         }
         if (node->count == 0) {
             struct waiting a = {top.node + 1, box_distance2(index, node + 1, point)};
@@ -322,15 +332,34 @@ double srnf_index_distance2(const struct srnf_index *index, const double point[3
                                 box_distance2(index, &index->nodes[node->second], point)};
             bool b_last = b.distance2 < a.distance2; /* the nearer one is looked at first */
 
-            stack[depth++] = b_last ? a : b;
-            stack[depth++] = b_last ? b : a;
+            depth = push(stack, depth, b_last ? a : b, *best);
+            depth = push(stack, depth, b_last ? b : a, *best);
         }
     }
+}
+
+double srnf_index_distance2(const struct srnf_index *index, const double point[3],
+                            double nearest[3], uint32_t *face)
+{
+    double best = INFINITY, found[3] = {0.0, 0.0, 0.0};
+    uint32_t best_face = 0;
+
+    look_nearer(index, point, &best, found, &best_face);
     for (size_t k = 0; nearest && k < 3; k++) {
         nearest[k] = found[k];
     }
     if (face) {
         *face = best_face;
     }
+    return best;
+}
+
+double index_distance2_from(const struct srnf_index *index, const double point[3],
+                            double nearest[3], uint32_t *face)
+{
+    double best = INFINITY;
+
+    consider_face(index->mesh, *face, point, &best, nearest);
+    look_nearer(index, point, &best, nearest, face);
     return best;
 }

@@ -16,9 +16,12 @@
  * Starts: the pose at hand, and the four rotations that lay the principal axes of the weighted
  * vertices on one another. Each gets a few iterations, and the best goes on.
  *
- * Cost of an iteration: one query of O(log faces) for every vertex of either mesh.
+ * Cost of an iteration: one query of O(log faces) for every vertex of either mesh, which begins at
+ * the face that was closest before.
  */
 #include "registration.h"
+
+#include "mesh/index.h"
 
 #include <lapacke.h>
 #include <math.h>
@@ -39,6 +42,7 @@ struct side {
     struct srnf_index *index;
     double *weight;  /* [n_vertices], sum 1 */
     double *nearest; /* [n_vertices][3] on the other mesh, in that one's frame */
+    uint32_t *face;  /* [n_vertices] of the other mesh, on which that lies */
     double centroid[3];
     double axes[9]; /* rows: principal axes, right-handed */
 };
@@ -134,7 +138,8 @@ static int side_create(struct side *side, const struct srnf_mesh *mesh)
     side->mesh = mesh;
     side->weight = srnf_alloc(mesh->n_vertices, sizeof(double));
     side->nearest = srnf_alloc(mesh->n_vertices, 3 * sizeof(double));
-    if (!side->weight || !side->nearest) {
+    side->face = srnf_alloc(mesh->n_vertices, sizeof *side->face);
+    if (!side->weight || !side->nearest || !side->face) {
         return SRNF_ENOMEM;
     }
     status = weigh(side);
@@ -147,6 +152,7 @@ static void side_clear(struct side *side)
     srnf_index_destroy(side->index);
     srnf_free(side->weight);
     srnf_free(side->nearest);
+    srnf_free(side->face);
 }
 
 /* ---- One iteration --------------------------------------------------------------------------- */
@@ -183,9 +189,9 @@ static void pair_up(struct run *run, struct pose *pose)
             double there[3];
 
             carry(pose, s == 0, own->mesh->vertices + 3 * i, there);
-            pose->residual +=
-                0.5 * own->weight[i] *
-                srnf_index_distance2(sides[1 - s]->index, there, own->nearest + 3 * i, NULL);
+            pose->residual += 0.5 * own->weight[i] *
+                              index_distance2_from(sides[1 - s]->index, there, own->nearest + 3 * i,
+                                                   &own->face[i]);
         }
     }
 }

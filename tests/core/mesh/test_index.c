@@ -10,6 +10,7 @@
 #include <cmocka.h>
 #include <math.h>
 
+#include "mesh/index.h"
 #include "support/compare.h"
 #include "support/meshes.h"
 #include "support/random.h"
@@ -337,6 +338,12 @@ static void test_distance_against_scanning(void **state)
             subtract(nearest, point, difference);
             assert_true(fabs(dot(difference, difference) - distance2) < 1e-12);
             assert_true(face < meshes[i].n_faces);
+            assert_true(triangle_distance2(&meshes[i], face, nearest) < 1e-26);
+            face = (uint32_t)(r % meshes[i].n_faces); /* from wherever the search begins */
+            assert_true(fabs(sqrt(index_distance2_from(index, point, nearest, &face)) -
+                             sqrt(expected)) < 1e-12);
+            subtract(nearest, point, difference);
+            assert_true(fabs(dot(difference, difference) - distance2) < 1e-12);
             assert_true(triangle_distance2(&meshes[i], face, nearest) < 1e-26);
         }
         srnf_index_destroy(index);
