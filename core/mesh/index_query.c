@@ -205,7 +205,7 @@ static double box_distance2(const struct srnf_index *index, const struct index_n
     double sum = 0.0;
 
     for (size_t k = 0; k < 3; k++) {
-        double outside = larger(larger(node->low[k] - point[k], point[k] - node->high[k]), 0.0);
+        double outside = point[k] - larger(node->low[k], smaller(point[k], node->high[k]));
 
         sum += outside * outside;
     }
@@ -248,10 +248,11 @@ static void consider_segment(const double a[3], const double b[3], const double 
     consider(candidate, point, best, nearest);
 }
 
-/* Tries the foot of the perpendicular; false when it is outside the face or the face is a
-   sliver. */
-static bool consider_plane(const double *const corner[3], const double point[3], double *best,
-                           double nearest[3])
+/* The edges of the face on which what is nearest may lie, as bits; edge k goes from corner k to the
+   next. It lies on one that the foot of the perpendicular is beyond. None: that foot was tried, for
+   it is in the face. All: the face is a sliver. */
+static unsigned consider_plane(const double *const corner[3], const double point[3], double *best,
+                               double nearest[3])
 {
     double ab[3], ac[3], ap[3], normal[3], cross[3], candidate[3], normal2, longest2, v, w;
 
@@ -262,20 +263,35 @@ static bool consider_plane(const double *const corner[3], const double point[3],
     normal2 = vector_dot(normal, normal);
     longest2 = larger(vector_dot(ab, ab), vector_dot(ac, ac));
     if (!(normal2 > SLIVER_HEIGHT * SLIVER_HEIGHT * longest2 * longest2)) {
-        return false;
+        return 7;
     }
     vector_cross(ap, ac, cross);
     v = vector_dot(cross, normal) / normal2;
     vector_cross(ab, ap, cross);
     w = vector_dot(cross, normal) / normal2;
     if (!(v >= 0.0 && w >= 0.0 && v + w <= 1.0)) {
-        return false;
+        return (w >= 0.0 ? 0U : 1U) | (v + w <= 1.0 ? 0U : 2U) | (v >= 0.0 ? 0U : 4U);
     }
     for (size_t k = 0; k < 3; k++) {
         candidate[k] = corner[0][k] + v * ab[k] + w * ac[k];
     }
     consider(candidate, point, best, nearest);
-    return true;
+    return 0;
+}
+
+/* At most the squared distance of the point from the face. */
+static double bound_distance2(const double *const corner[3], const double point[3])
+{
+    double sum = 0.0;
+
+    for (size_t k = 0; k < 3; k++) {
+        double low = smaller(corner[0][k], smaller(corner[1][k], corner[2][k]));
+        double high = larger(corner[0][k], larger(corner[1][k], corner[2][k]));
+        double outside = point[k] - larger(low, smaller(point[k], high));
+
+        sum += outside * outside;
+    }
+    return sum;
 }
 
 static void consider_face(const struct srnf_mesh *mesh, uint32_t face, const double point[3],
@@ -284,8 +300,14 @@ static void consider_face(const struct srnf_mesh *mesh, uint32_t face, const dou
     const double *const corner[3] = {mesh_corner(mesh, face, 0), mesh_corner(mesh, face, 1),
                                      mesh_corner(mesh, face, 2)};
 
-    if (!consider_plane(corner, point, best, nearest)) {
-        for (size_t k = 0; k < 3; k++) {
+    unsigned edges;
+
+    if (bound_distance2(corner, point) >= *best) {
+        return;
+    }
+    edges = consider_plane(corner, point, best, nearest);
+    for (size_t k = 0; k < 3; k++) {
+        if (edges >> k & 1U) {
             consider_segment(corner[k], corner[(k + 1) % 3], point, best, nearest);
         }
     }
