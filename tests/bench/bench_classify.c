@@ -7,7 +7,7 @@
  *   bench_classify [N [METRIC [ROUTE]]]
  *
  * N ventricles, 12 to 100, as many of either group; default 100; of the methods only those of srnf,
- * srm, harmonic, icp or spharm; encoded by the route area, or star.
+ * srm, harmonic, icp or spharm, or all; encoded by the route area, or star.
  *
  * Degree 15, registration by default options. Times are elapsed, on two threads.
  *
@@ -108,7 +108,7 @@ static bool print_chance(size_t method, const struct srnf_folds *comparison, con
 
 static bool is_wanted(enum srnf_metric metric, const char *only)
 {
-    return !only || strcmp(only, srnf_metric_name(metric)) == 0;
+    return !only || strcmp(only, "all") == 0 || strcmp(only, srnf_metric_name(metric)) == 0;
 }
 
 static bool table(size_t n, const char *only, enum srnf_parameterization route)

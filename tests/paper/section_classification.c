@@ -109,7 +109,7 @@ static void real(struct paper *paper)
                                            "by shape and size",
                                            "components",
                                            "p",
-                                           "20 shuffled labellings",
+                                           "100 shuffled labellings",
                                            "seconds of comparing"};
     struct table *table = calloc(1, sizeof *table);
     struct paper_group group;

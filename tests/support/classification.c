@@ -13,7 +13,9 @@
 #define SPREAD 0.2 /* of planted cohorts: a member's own part */
 #define CENTRE 1000
 #define TOWARD 777
-#define T_19 2.093 /* of Student's distribution with 19 degrees of freedom, 95 % */
+/* Of Student's distribution with 99 degrees of freedom: 95 %, and .05 of seven methods. */
+#define T_99 1.984
+#define T_99_OF_SEVEN 2.747
 #define NULL_PERMUTATIONS ((size_t)99)
 
 const struct classification_method classification_methods[CLASSIFICATION_METHODS] = {
@@ -68,25 +70,30 @@ int classification_chance(size_t method, const struct srnf_folds *comparison, co
                           struct srnf_error *error)
 {
     const double count = (double)CLASSIFICATION_SHUFFLES;
+    struct srnf_classify_options options = srnf_classify_options_defaults();
     size_t *shuffled = srnf_alloc(comparison->n, sizeof *shuffled);
     double sum = 0.0;
     double square = 0.0;
+    double error_of_mean;
     int status = shuffled ? SRNF_OK : SRNF_ENOMEM;
 
+    options.relabellings = 0; /* they are for the interval of the accuracy, which is not asked */
     for (size_t seed = 0; seed < CLASSIFICATION_SHUFFLES && status >= 0; seed++) {
         struct srnf_classification r;
 
         classification_shuffle(1000 + seed, comparison->n, labels, shuffled);
-        status = classification_run(method, comparison, shuffled, NULL, context, &r, error);
+        status = classification_run(method, comparison, shuffled, &options, context, &r, error);
         if (status >= 0) {
             sum += r.accuracy / count;
             square += r.accuracy * r.accuracy / count;
             srnf_classification_clear(&r);
         }
     }
+    error_of_mean = sqrt(compare_max(0.0, square - sum * sum) / (count - 1.0));
     chance->mean = sum;
-    chance->half = T_19 * sqrt(compare_max(0.0, square - sum * sum) / (count - 1.0));
-    chance->at_chance = fabs(sum - 0.5) <= chance->half + 0.5 / (double)(comparison->n - 1);
+    chance->half = T_99 * error_of_mean;
+    chance->at_chance =
+        fabs(sum - 0.5) <= T_99_OF_SEVEN * error_of_mean + 0.5 / (double)(comparison->n - 1);
     srnf_free(shuffled);
     return status;
 }
