@@ -148,15 +148,25 @@ static int add_match(const struct likeness_run *l, bool rotates, bool mirrors, d
     return status;
 }
 
-/* The same of members i and j. */
+/* The same of members i and j. Where nothing rotates, turns gain no more than they would of the
+   distance that the process itself found between the two: its warps may have turned the sphere. */
 static int match(const struct likeness_run *l, size_t i, size_t j, bool mirrors, double share,
                  struct compute_match *match, struct srnf_error *error)
 {
     const struct compute_group *group = l->inputs->group;
+    const struct compute_match before = *match;
+    int status;
 
     srnf_surface_change_degree(group->degree, group->surfaces[i], l->degree, l->ends);
     srnf_surface_change_degree(group->degree, group->surfaces[j], l->degree, l->ends + l->count);
-    return add_match(l, l->inputs->rotates, mirrors, share, match, error);
+    status = add_match(l, l->inputs->rotates, mirrors, share, match, error);
+    if (!l->inputs->rotates) {
+        double apart = share * l->inputs->pairs[i * group->n + j];
+
+        match->match.unturned = fmin(match->match.unturned, before.match.unturned + apart);
+        match->on_sphere = fmin(match->on_sphere, before.on_sphere + apart);
+    }
+    return status;
 }
 
 static struct compute_match no_match(size_t first, size_t second)

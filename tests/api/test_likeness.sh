@@ -108,6 +108,38 @@ like "$(warned pose-differs | jq -r '.[-1].detail')" 'the group pat lies in anot
 run classify '{"cohort":"half","method":"harmonic-nn"}'
 like "$(doubts)" mirror-images 'classify tells of a mirrored group too'
 
+# ---- Maps to the sphere that are turned --------------------------------------------------------------
+
+# An ellipsoid with axes 3, 2 and 1 + STRETCH, its sphere turned by so many degrees under it.
+ellipsoid() { # STRETCH DEGREES
+    post_json /v1/surfaces "$(jq -nc --argjson s "$1" --argjson degrees "$2" '
+        ($degrees * 3.14159265358979 / 180) as $t | ($t | cos) as $c | ($t | sin) as $n |
+        def row(v; x; y; z): [range(25) | if . == 3 then v * x elif . == 1 then v * y elif . == 2 then v * z else 0 end];
+        {coefficients: {lmax: 4, x: row(3; $c; -$n; 0), y: row(2; $n; $c; 0), z: row(1 + $s; 0; 0; 1)}}')"
+    json .id
+}
+# NAME STEP DEGREES: seven whose last axes differ by so much, and one like the first, its sphere turned.
+turned_sphere() {
+    local even=() k
+    for k in 1 2 3 4 5 6 7; do
+        even+=("$(ellipsoid "$(jq -n "$k * $2")" 0)")
+    done
+    group "$1" "${even[@]}" "$(ellipsoid "$(jq -n "1.1 * $2")" "$3")"
+}
+turned_sphere alike 0.02 60
+turned_sphere unlike 0.25 32
+FOUND='[.[].figures.members[]? | [.member, .sphereAlone]]'
+for cohort in alike unlike; do
+    run mean "{\"cohort\":\"$cohort\",\"register\":false}"
+    is "$STATUS $(warned pose-differs | jq -c "$FOUND")" '200 [[7,true]]' "$cohort: a map to the sphere that is turned is found out"
+done
+# Warps turn the sphere back but for what their penalty keeps, which counts beside small differences only.
+run mean '{"cohort":"alike","commonPose":true}'
+is "$STATUS $(warned pose-differs | jq -c "$FOUND")" '200 [[7,true]]' 'where warps do not undo it it is told'
+compare "$(warned pose-differs | jq '[.[].figures.members[]?.distance][0]')" '<' 0.5 'by the distance that they leave'
+run pca '{"cohort":"unlike","commonPose":true}'
+is "$STATUS $(warned pose-differs | jq -c "$FOUND")" '200 []' 'where they do it is not'
+
 # ---- Pairs and few, as they are parameterized --------------------------------------------------------
 
 like_turned() { # NAME: the last result tells of one that is turned by 120 degrees, as the axes are
