@@ -12,7 +12,8 @@
  *
  * Counted are the blocks of the core with what they are rounded up to. Outside stay what belongs to
  * no single job (the shared transforms), the texts of inputs and results and the bytes of stored
- * meshes, and what FFTW, GLPK, LAPACKE, SQLite and jansson allocate for themselves.
+ * meshes, what FFTW, GLPK, LAPACKE, SQLite and jansson allocate for themselves, and of each thread
+ * up to 16 MiB of freed blocks, which it has for its next ones until it leaves its account.
  */
 #ifndef SRNFD_JOBS_MEMORY_H
 #define SRNFD_JOBS_MEMORY_H
