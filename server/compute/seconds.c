@@ -20,7 +20,7 @@ double seconds_of_encodings(double degree, double meshes, double faces)
 
 double seconds_of_registration(double degree)
 {
-    return 0.1 + 0.1 * pow(degree / 31.0, 2.0) + 6.0 * pow(degree / 127.0, 5.0);
+    return 0.07 + 0.07 * pow(degree / 31.0, 2.0) + 6.0 * pow(degree / 127.0, 5.0);
 }
 
 /* Both ways take 1.3 to 2.0 times as long as one (tests/bench/bench_objectives.c). */

@@ -4,8 +4,9 @@
  *
  * Measured as the processor time of a daemon with one worker, for jobs of one kind on the
  * subcortical meshes of tests/data, on a machine of 2026 that had much else to do; alone it is two
- * thirds of that. Between the degrees that were measured it goes with powers of the degree. That is
- * right within a factor of two or three; tests/bench/bench_estimates.sh compares.
+ * thirds of that. Between the degrees that were measured it goes with powers of the degree. Pairs
+ * of ventricles are registered in a third of the time of those, and expected are seven tenths of
+ * it. That is right within a factor of three; tests/bench/bench_estimates.sh compares.
  *
  *   degree                              8      15      23      31      63     127
  *   encoding                         0.03    0.04            0.05    0.27     1.8

@@ -59,7 +59,7 @@ static void shots_in_the_other_metric_are_long(void **state)
                          "\"method\":\"pullback\"}") > JOBS_EXPRESS_SECONDS);
 }
 
-/* 4,950 pairs of ventricles took 0.1 s each at degree 15, of brain structures 0.2 s. */
+/* 4,950 pairs of ventricles took 0.05 s each at degree 15, of brain structures 0.17 s. */
 static void tasks_take_about_a_second(void **state)
 {
     size_t block = seconds_block(seconds_of_pair(15.0, true), 4950, 64);
