@@ -17,7 +17,7 @@
 #include "store/surface.h"
 #include "store/volume.h"
 
-#define PLY_QUERY "format=ply"
+#define PLY_RESOLUTION_LEAST ((int64_t)8)
 
 /* What a handler of this service answers with to a GET with this query, as a file, where it has an
    answer. */
@@ -81,12 +81,24 @@ static void npz_add_to(struct npz *npz, struct export *export, const char *path)
     free(npz->bytes);
 }
 
+/* What the mesh of a surface is asked for with: five vertices or more to the shortest wave, and no
+   more than a viewer gets without asking. */
+static void ply_query(int64_t degree, char *query, size_t size)
+{
+    int64_t resolution = degree > PLY_RESOLUTION_LEAST ? degree : PLY_RESOLUTION_LEAST;
+
+    if (resolution > SURFACE_RESOLUTION_DEFAULT) {
+        resolution = SURFACE_RESOLUTION_DEFAULT;
+    }
+    (void)snprintf(query, size, "format=ply&resolution=%d", (int)resolution);
+}
+
 void export_add_surface(struct export *export, const char *id, const char *path)
 {
     struct store_surface surface;
     struct store_maps maps;
     struct npz npz;
-    char other[STORE_ID_MAX + 32];
+    char other[STORE_ID_MAX + 32], query[64];
 
     if (!export_good(export, store_surface_get_as(export_store(export), export->study.owner, id,
                                                   true, &surface))) {
@@ -103,10 +115,11 @@ void export_add_surface(struct export *export, const char *id, const char *path)
         }
     }
     npz_add_to(&npz, export, path);
+    ply_query(surface.lmax, query, sizeof query);
     store_maps_clear(&maps);
     store_surface_clear(&surface);
     (void)snprintf(other, sizeof other, "surfaces/%s.ply", id);
-    add_answer(export, surfaces_mesh, id, PLY_QUERY, other);
+    add_answer(export, surfaces_mesh, id, query, other);
 }
 
 static const char *const array_files[STORE_MODEL_ARRAYS] = {

@@ -12,7 +12,7 @@
  *   cohort.csv                the members
  *   volumes/ID.FORMAT         the segmentations that meshes were extracted from, as they were sent
  *   meshes/ID.FORMAT          the bytes that were uploaded
- *   surfaces/ID.npz, ID.ply   coefficients and maps; a mesh of it
+ *   surfaces/ID.npz, ID.ply   coefficients and maps; a mesh of it, as fine as its degree asks
  *   models/ID.npz, ID-scores.csv
  *   jobs/ID.json, ID.csv      results as they were answered; a table where the process has one
  */

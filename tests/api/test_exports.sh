@@ -76,6 +76,7 @@ check 'unzip can read it' unzip -q "$SCRATCH/study.zip" -d "$SCRATCH/open"
 is "$(find "$SCRATCH/open/meshes" -type f | wc -l)" 4 'it has the four meshes'
 file=$(jq -r '.meshes[] | select(.name == "L_amygdala").file' "$SCRATCH/open/srnfd-study.json")
 check 'with the bytes that were uploaded' cmp "$SCRATCH/open/$file" "$AAL/L_amygdala.ply"
+is "$(find "$SCRATCH/open/surfaces" -name '*.ply' -size +60k | wc -l)" 0 'meshes of surfaces are no finer than their degree asks'
 is "$(jq -r '[.jobs[].process] | sort | join(" ")' "$SCRATCH/open/srnfd-study.json")" 'distances modes pca sample' \
     'the jobs on it, and no others'
 is "$(jq -r '.jobs[] | select(has("seed")) | "\(.process) \(.seed)"' "$SCRATCH/open/srnfd-study.json")" 'sample 7' \
