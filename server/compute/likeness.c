@@ -17,8 +17,10 @@
 #define MATCH_DEGREE ((size_t)8)
 #define GAINS 0.5 /* of the distance: what turns leave of it where they are told of */
 #define SPHERE_TURNED (30.0 * 3.14159265358979323846 / 180.0)
-#define ALIKE 2.0   /* times what a turn in space leaves: what one of the sphere alone may leave */
-#define SLIGHT 0.1  /* of the norm of an SRNF: distances of which turns gain nothing that counts */
+#define ALIKE 2.0  /* times what a turn in space leaves: what one of the sphere alone may leave */
+#define SLIGHT 0.1 /* of the norm of an SRNF: distances of which turns gain nothing that counts */
+#define SPECTRUM ((size_t)4)
+#define COPIED 0.5  /* of what the medoid's mirror image is away: that of a member told instead */
 #define NOTICED 1.1 /* times the median distance from which a member is tried */
 
 struct likeness_run {
@@ -225,6 +227,72 @@ static size_t next_member(const struct compute_likeness_inputs *inputs,
     return best;
 }
 
+/* Norms of the coefficients of degrees 1 to SPECTRUM: the same of a surface that is turned or
+   mirrored, or whose sphere is. */
+static void find_spectrum(const struct likeness_run *l, size_t member, double spectrum[SPECTRUM])
+{
+    const struct compute_group *group = l->inputs->group;
+    size_t count = srnf_coefficient_count(group->degree);
+
+    for (size_t degree = 1; degree <= SPECTRUM; degree++) {
+        double sum = 0.0;
+
+        for (size_t k = degree * degree; k < (degree + 1) * (degree + 1); k++) {
+            for (size_t axis = 0; axis < 3 && degree <= group->degree; axis++) {
+                double value = group->surfaces[member][axis * count + k];
+
+                sum += value * value;
+            }
+        }
+        spectrum[degree - 1] = sqrt(sum);
+    }
+}
+
+/* The member that has the most alike spectrum but for the two of the match. */
+static size_t most_alike(const struct likeness_run *l, const struct compute_match *m)
+{
+    size_t best = l->inputs->group->n;
+    double own[SPECTRUM], least = INFINITY;
+
+    find_spectrum(l, m->second, own);
+    for (size_t i = 0; i < l->inputs->group->n; i++) {
+        double other[SPECTRUM], sum = 0.0;
+
+        find_spectrum(l, i, other);
+        for (size_t k = 0; k < SPECTRUM; k++) {
+            sum += (other[k] - own[k]) * (other[k] - own[k]);
+        }
+        if (i != m->first && i != m->second && sum < least) {
+            best = i;
+            least = sum;
+        }
+    }
+    return best;
+}
+
+/* Whose mirror image a mirrored member is, where one of the group is far nearer than the medoid:
+   most often a copy. */
+static int match_copies(const struct likeness_run *l, struct compute_likeness *likeness,
+                        struct srnf_error *error)
+{
+    int status = 0;
+
+    for (size_t k = 0; k < likeness->n_members && status == 0; k++) {
+        struct compute_match *m = &likeness->members[k];
+        size_t i = srnf_match_is_mirrored(&m->match) ? most_alike(l, m) : likeness->n;
+
+        if (i < likeness->n) {
+            struct compute_match other = no_match(i, m->second);
+
+            status = match(l, i, m->second, true, 1.0, &other, error);
+            if (status == 0 && other.match.mirrored < COPIED * m->match.mirrored) {
+                *m = other;
+            }
+        }
+    }
+    return status;
+}
+
 static int match_members(const struct likeness_run *l, struct compute_likeness *likeness,
                          struct srnf_error *error)
 {
@@ -245,7 +313,7 @@ static int match_members(const struct likeness_run *l, struct compute_likeness *
         status = match(l, likeness->medoid, i, l->inputs->mirrors, 1.0, m, error);
         likeness->n_members++;
     }
-    return status;
+    return status == 0 && l->inputs->mirrors ? match_copies(l, likeness, error) : status;
 }
 
 /* Too few to say which of them stands out: each is matched with the medoid. */

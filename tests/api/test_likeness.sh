@@ -99,6 +99,11 @@ for process in pca compare-groups; do
 done
 run mean "{\"cohort\":\"one\",$FEW}"
 is "$STATUS $(doubts) $(warned mirror-images | jq '.[0].figures.second')" '200 mirror-images 9' 'a mirrored member is found out'
+COPY=$(variant 3 0)
+group copied "${CASE[@]}" "-$COPY"
+run mean "{\"cohort\":\"copied\",$FEW}"
+is "$(warned mirror-images | jq -c '[.[].figures | [.first, .second, .mirrored < 0.01]]')" '[[2,10,true]]' \
+    'of a mirrored copy it is said whose'
 run compare-groups "{\"cohort\":\"half\",$FEW}"
 is "$STATUS $(doubts)" '200 mirror-images' 'so is a mirrored group'
 like "$(warned mirror-images | jq -r '.[-1].detail')" '^The group pat looks like a mirror image' 'by its label'
