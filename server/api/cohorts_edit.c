@@ -49,9 +49,24 @@ static void respond_failed(struct api_call *call, struct store_cohort *cohort, i
     }
 }
 
+static void respond_changed(struct api_call *call, const struct store_cohort *cohort,
+                            const json_t *warnings)
+{
+    json_t *record = cohort_record(call, cohort, true);
+    char tag[120];
+
+    cohort_tag(cohort, tag);
+    if (warnings) {
+        (void)json_object_set(record, "warnings", (json_t *)(uintptr_t)warnings);
+    }
+    (void)api_response_header(call->response, "ETag", "\"%s\"", tag);
+    (void)api_response_header(call->response, "Location", "/v1/cohorts/%s", cohort->name);
+    respond_json(call, 200, record);
+}
+
 /* One attempt; *again: another change came before it. */
 static void attempt(struct api_call *call, edit_function *edit, const void *what, const char *owner,
-                    bool last, bool *again)
+                    const json_t *warnings, bool last, bool *again)
 {
     struct store *store = call->api->config.store;
     struct store_cohort old, cohort = {.view = call_view(call)};
@@ -79,10 +94,7 @@ static void attempt(struct api_call *call, edit_function *edit, const void *what
     status = store_cohort_replace(store, old.name, old.digest, &cohort, &changed, &missing);
     *again = status == STORE_CONFLICT && changed && !last;
     if (status == STORE_OK) {
-        cohort_tag(&cohort, tag);
-        (void)api_response_header(call->response, "ETag", "\"%s\"", tag);
-        (void)api_response_header(call->response, "Location", "/v1/cohorts/%s", cohort.name);
-        respond_json(call, 200, cohort_record(call, &cohort, true));
+        respond_changed(call, &cohort, warnings);
     } else if (!*again) {
         respond_failed(call, &cohort, status, changed, missing);
     }
@@ -92,7 +104,9 @@ out:
     store_cohort_clear(&old);
 }
 
-static void change(struct api_call *call, edit_function *edit, const void *what)
+/* warnings: that the answer is to have; NULL: none. */
+static void change(struct api_call *call, edit_function *edit, const void *what,
+                   const json_t *warnings)
 {
     char owner[STORE_OWNER_MAX];
     bool again = true;
@@ -101,7 +115,7 @@ static void change(struct api_call *call, edit_function *edit, const void *what)
         return;
     }
     for (int i = 0; again && i < ATTEMPTS; i++) {
-        attempt(call, edit, what, owner, i == ATTEMPTS - 1, &again);
+        attempt(call, edit, what, owner, warnings, i == ATTEMPTS - 1, &again);
     }
 }
 
@@ -316,7 +330,7 @@ void cohorts_patch(struct api_call *call)
         if (list.errors) {
             (void)problem_respond_list(call, "invalid-input", &list);
         } else {
-            change(call, edit_patch, &patch);
+            change(call, edit_patch, &patch, NULL);
         }
     }
     json_decref(patch.remove);
@@ -393,10 +407,14 @@ static void put_table(struct api_call *call)
     char problem[DELIMITED_PROBLEM_MAX];
     struct study_table table;
     const struct listed listed = {.table = &table};
+    json_t *warnings;
 
     switch (study_table_read(request->body, request->body_size, "id", &table, problem)) {
     case DELIMITED_OK:
-        change(call, edit_listed, &listed);
+        warnings = json_array();
+        study_table_warn(&table, warnings);
+        change(call, edit_listed, &listed, warnings);
+        json_decref(warnings);
         break;
     case DELIMITED_WRONG:
         (void)problem_respond(call, "invalid-input", "The table cannot be read: %s.", problem);
@@ -428,7 +446,7 @@ void cohorts_put_members(struct api_call *call)
     if (list.errors) {
         (void)problem_respond_list(call, "invalid-input", &list);
     } else {
-        change(call, edit_listed, &listed);
+        change(call, edit_listed, &listed, NULL);
     }
     json_decref(body);
 }

@@ -64,8 +64,7 @@ static bool begins(const char *text, size_t n, const char *with, size_t m)
     return i == m && m >= WHOLE;
 }
 
-/* The first of the names that few slips of the keyboard lead to; NULL: none is near. */
-static const char *nearest_name(const char *given, const char *const *names)
+const char *near_name(const char *given, const char *const *names)
 {
     size_t n = strlen(given), best = LETTERS + 1;
     const char *found = NULL;
@@ -90,7 +89,7 @@ static const char *nearest_name(const char *given, const char *const *names)
 void near_sentence(char text[NEAR_SENTENCE_MAX], const char *begin, const char *given,
                    const char *const *names)
 {
-    const char *near = nearest_name(given, names);
+    const char *near = near_name(given, names);
     size_t used;
 
     (void)snprintf(text, NEAR_SENTENCE_MAX, "%s%s%s%s Known: ", begin,

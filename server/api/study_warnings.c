@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "api/alike.h"
+#include "api/near.h"
 #include "api/study_cells.h"
 #include "api/warnings.h"
 #include "text.h"
@@ -115,6 +116,30 @@ static void warn_of_subjects(const struct study_table *table, json_t *warnings)
     json_decref(collection);
 }
 
+/* No column "label": with the covariate that was most likely meant to be it. */
+static void warn_unlabelled(const struct study_table *table, json_t *warnings)
+{
+    const char *names[DELIMITED_COLUMNS_MAX + 1] = {NULL}, *meant;
+    char hint[140] = "";
+    size_t n = 0;
+
+    for (size_t i = 0; i < table->cells.columns; i++) {
+        if (i != table->key && i != table->subject && i != table->time && i != table->side &&
+            i != table->mirror && table->cells.cells[i][0]) {
+            names[n++] = table->cells.cells[i];
+        }
+    }
+    meant = near_name("label", names);
+    if (meant) {
+        (void)snprintf(hint, sizeof hint, " (did you mean \"%.80s\" to be it?)", meant);
+    }
+    warning_add(warnings, "no-label-column", meant ? json_pack("{s:s}", "column", meant) : NULL,
+                "The table has no column \"label\"%s: the members have no labels, which "
+                "classify and compare-groups need. Name the column of groups so, or give them "
+                "later by PATCH or PUT of the cohort.",
+                hint);
+}
+
 void study_table_warn(const struct study_table *table, json_t *warnings)
 {
     for (size_t i = 0; i < table->cells.columns; i++) {
@@ -132,10 +157,7 @@ void study_table_warn(const struct study_table *table, json_t *warnings)
         }
     }
     if (table->label == STUDY_NO_COLUMN) {
-        warning_add(warnings, "no-label-column", NULL,
-                    "The table has no column \"label\": the members have no labels, which "
-                    "classify and compare-groups need. Name the column of groups so, or give them "
-                    "later by PATCH or PUT of the cohort.");
+        warn_unlabelled(table, warnings);
     }
 }
 

@@ -86,6 +86,18 @@ request PUT /v1/cohorts/renamed/members --header 'Content-Type: text/csv' --data
 is "$STATUS $(json '.members[0] | [.label, .side, .covariates] | tojson')" '200 ["d, e","left",{"age":41}]' \
     'and go back as CSV'
 TAG=$(header ETag)
+is "$(json '.warnings | tojson')" '[]' 'without a warning'
+request PUT /v1/cohorts/renamed/members --header 'Content-Type: text/csv' \
+    --data-binary "$(printf 'id,lable,subject\n%s,a,s1\n' "${IDS[0]}")"
+is "$STATUS $(json '[.members[0].label, (.warnings | map([.code, .figures.column]))] | tojson')" \
+    '200 [null,[["no-label-column","lable"]]]' 'a table without labels is warned of, as in an import'
+like "$(json '.warnings[0].detail')" 'did you mean "lable" to be it[?]' 'with the column that is likely the one'
+request PUT /v1/cohorts/renamed/members --header 'Content-Type: text/csv' --data-binary "$(
+    printf 'id,label,age\n%s,a,40\n%s,b,x\n%s,b,50\n' "${IDS[@]:0:3}"
+)"
+is "$STATUS $(json '[.warnings[].code] | tojson')" '200 ["column-is-text"]' 'and so is a column that is text by mistake'
+request PUT /v1/cohorts/renamed/members --header 'Content-Type: text/csv' --data-binary "@$SCRATCH/members.csv"
+TAG=$(header ETag)
 post_json /v1/cohorts "{\"name\":\"twice\",\"members\":[{\"id\":\"${IDS[0]}\",\"label\":\"real\",\"covariates\":{\"Label\":\"other\",\"\":1,\"participant_id\":\"p1\"}}]}"
 get '/v1/cohorts/twice/members?format=csv'
 is "$(tr -d '\r' <"$BODY" | paste -sd '|')" \

@@ -1371,6 +1371,7 @@ export interface components {
             owner: string | null;
             memberCount: number;
             members?: components["schemas"]["CohortMember"][];
+            warnings?: components["schemas"]["Warning"][];
             created: string;
             links: components["schemas"]["Links"];
         };
