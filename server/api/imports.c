@@ -167,6 +167,7 @@ static void clear(struct import *import)
     store_batch_destroy(import->batch);
     for (size_t i = 0; i < import->n_files; i++) {
         free(import->files[i].path);
+        free(import->files[i].flaw);
         json_decref(import->files[i].answer);
         srnf_free(import->files[i].bytes);
     }

@@ -37,6 +37,7 @@ struct import_file {
     char id[STORE_ID_MAX];
     json_t *answer;       /* what is told of it */
     bool volume;          /* and no mesh */
+    char *flaw;           /* of a mesh that cannot be analysed, its first problem in words; free */
     bool untransformed;   /* as mesh_untransformed says */
     unsigned char *bytes; /* of its own, that the batch reads; srnf_free; NULL: none */
     size_t put;           /* of the batch; SIZE_MAX: the owner had it */

@@ -14,6 +14,8 @@
 
 #define PASSED_SHOWN ((size_t)100) /* files that a warning has in its figures */
 #define PASSED_NAMED ((size_t)5)   /* and in its sentence */
+#define FLAWED_SHOWN ((size_t)100)
+#define FLAWED_NAMED ((size_t)3)
 
 /* Nothing is kept: says why. */
 void import_respond_refused(struct import *import)
@@ -89,6 +91,40 @@ static void warn_untransformed(const struct import *import, json_t *warnings)
     }
 }
 
+/* Meshes that no analysis takes as they are. */
+static void warn_flawed(const struct import *import, json_t *warnings)
+{
+    json_t *files = json_array();
+    char named[FLAWED_NAMED * 270] = "";
+    size_t count = 0, length = 0;
+
+    for (size_t i = 0; i < import->n_files; i++) {
+        const struct import_file *file = &import->files[i];
+        bool flawed = json_is_false(json_object_get(file->answer, "analysable"));
+
+        if (!file->refused && flawed && ++count <= FLAWED_SHOWN) {
+            (void)json_array_append_new(
+                files, json_pack("{s:O, s:O, s:O}", "file", json_object_get(file->answer, "file"),
+                                 "id", json_object_get(file->answer, "id"), "problem",
+                                 json_object_get(file->answer, "problem")));
+            if (count <= FLAWED_NAMED) {
+                (void)snprintf(named + length, sizeof named - length, "%s%.60s: %.200s",
+                               length ? "; " : "", file->base, file->flaw ? file->flaw : "");
+                text_trim_cut(named);
+                length = strlen(named);
+            }
+        }
+    }
+    if (count > 0) {
+        warning_add(warnings, "not-analysable",
+                    json_pack("{s:I, s:O}", "count", (json_int_t)count, "files", files),
+                    "%zu of the meshes cannot be analysed, and a job that takes one is refused: "
+                    "%s%s.",
+                    count, named, count > FLAWED_NAMED ? "; and others" : "");
+    }
+    json_decref(files);
+}
+
 /* Texts that came with the meshes. */
 static void warn_passed(const struct import *import, json_t *warnings)
 {
@@ -139,6 +175,7 @@ void import_respond_taken(struct import *import, const struct store_cohort *coho
     if (import->table_path) {
         study_table_warn(&import->table, warnings);
     }
+    warn_flawed(import, warnings);
     warn_untransformed(import, warnings);
     warn_passed(import, warnings);
     (void)json_object_set_new(answer, "meshes", meshes);

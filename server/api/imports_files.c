@@ -89,7 +89,8 @@ void import_name_of(const char *path, char name[NAME_SIZE])
     }
 }
 
-static json_t *answer_of(const char *path, const struct store_mesh *row, bool held)
+/* flaw: gets the first problem in words, where there is one (free). */
+static json_t *answer_of(const char *path, const struct store_mesh *row, bool held, char **flaw)
 {
     char code[48], detail[320], link[STORE_ID_MAX + 16];
     bool problem = mesh_first_problem(row, code, detail);
@@ -108,6 +109,7 @@ static json_t *answer_of(const char *path, const struct store_mesh *row, bool he
     (void)json_object_set_new(one, "analysable", json_boolean(!problem));
     (void)json_object_set_new(one, "problem", problem ? json_string(code) : json_null());
     (void)json_object_set_new(one, "links", links);
+    *flaw = problem ? strdup(detail) : NULL;
     return one;
 }
 
@@ -198,7 +200,7 @@ static void keep_mesh(struct import *import, struct store_mesh *row, bool held,
     }
     memcpy(file->id, row->id, sizeof file->id);
     row->owner = call_owner(import->call); /* its name outlives the batch */
-    file->answer = answer_of(given->path, row, held);
+    file->answer = answer_of(given->path, row, held, &file->flaw);
     file->untransformed = mesh_untransformed(row);
     file->put = store_batch_count(import->batch);
     status = store_batch_add_mesh(import->batch, row, given->bytes, &kept);

@@ -49,6 +49,7 @@ static const char *const codes[] = {
     "near-duplicates",
     "no-label-column",
     "not-above-chance",
+    "not-analysable",
     "not-assessed",
     "not-reached",
     "p-floor",

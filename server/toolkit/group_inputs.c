@@ -74,8 +74,10 @@ static void read_list(struct process_inputs *inputs, const struct process_input 
     }
     for (size_t i = 0; i < count && !inputs->answered; i++) {
         (void)snprintf(pointer, sizeof pointer, "/inputs/surfaces/%zu", i);
+        inputs->place = i + 1;
         (void)add_surface(inputs, json_array_get(value, i), pointer, surfaces);
     }
+    inputs->place = 0;
 }
 
 bool group_find_cohort(struct process_inputs *inputs, const json_t *value,
@@ -119,11 +121,13 @@ static void read_cohort(struct process_inputs *inputs, const struct process_inpu
     for (size_t i = 0; good && i < json_array_size(members); i++) {
         const json_t *member = json_array_get(members, i);
 
+        inputs->place = i + 1;
         good = add_surface(inputs, json_object_get(member, "id"), "/inputs/cohort", surfaces);
         (void)json_array_append(labels, json_object_get(member, "label"));
         (void)json_array_append(subjects, json_object_get(member, "subject"));
         (void)json_array_append(mirrored, json_object_get(member, "mirror"));
     }
+    inputs->place = 0;
     (void)json_object_set_new(inputs->canonical, "cohort",
                               json_pack("{s:s, s:o, s:o, s:o}", "name", cohort.name, "labels",
                                         labels, "subjects", subjects, "mirrored", mirrored));
@@ -199,25 +203,6 @@ json_t *group_stored_members(const struct process_inputs *inputs)
     return json_incref(inputs->members);
 }
 
-/* The name that the owner gave to a mesh or surface, as that of its file; empty without one. */
-static void name_of(struct process_inputs *inputs, const char *id, size_t size, char *name)
-{
-    struct store *store = inputs->call->api->config.store;
-    const char *owner = inputs->call->request->caller.name;
-    struct store_surface surface = {0};
-    struct store_mesh mesh = {0};
-    const char *found = NULL;
-
-    if (compute_is_mesh(id)) {
-        found = store_mesh_get_as(store, owner, id, &mesh) == STORE_OK ? mesh.name : NULL;
-    } else if (store_surface_get_as(store, owner, id, false, &surface) == STORE_OK) {
-        found = surface.name;
-    }
-    (void)snprintf(name, size, "%.60s", found ? found : "");
-    store_mesh_clear(&mesh);
-    store_surface_clear(&surface);
-}
-
 void group_member_text(struct process_inputs *inputs, const json_t *members, size_t i,
                        char text[GROUP_MEMBER_TEXT])
 {
@@ -226,7 +211,7 @@ void group_member_text(struct process_inputs *inputs, const json_t *members, siz
     const char *subject = json_string_value(json_object_get(member, "subject"));
     char name[64];
 
-    name_of(inputs, id ? id : "?", sizeof name, name);
+    inputs_name_of(inputs, id ? id : "?", sizeof name, name);
     (void)snprintf(text, GROUP_MEMBER_TEXT, "member %zu (%.40s%s%s%s%s%.60s%s)", i, id ? id : "?",
                    name[0] ? ", \"" : "", name, name[0] ? "\"" : "",
                    subject ? ", of subject \"" : "", subject ? subject : "", subject ? "\"" : "");

@@ -275,6 +275,42 @@ static void note_mesh(struct process_inputs *inputs, int64_t faces)
     work->degree = work->degree > PROCESS_DEGREE_DEFAULT ? work->degree : PROCESS_DEGREE_DEFAULT;
 }
 
+void inputs_name_of(struct process_inputs *inputs, const char *id, size_t size, char *name)
+{
+    struct store *store = inputs->call->api->config.store;
+    const char *owner = inputs->call->request->caller.name;
+    struct store_surface surface = {0};
+    struct store_mesh mesh = {0};
+    const char *found = NULL;
+
+    if (compute_is_mesh(id)) {
+        found = store_mesh_get_as(store, owner, id, &mesh) == STORE_OK ? mesh.name : NULL;
+    } else if (store_surface_get_as(store, owner, id, false, &surface) == STORE_OK) {
+        found = surface.name;
+    }
+    (void)snprintf(name, size, "%.60s", found ? found : "");
+    store_mesh_clear(&mesh);
+    store_surface_clear(&surface);
+}
+
+static void refuse_mesh(struct process_inputs *inputs, const char *id, const char *code,
+                        const char *detail)
+{
+    char name[64], who[160];
+
+    inputs_name_of(inputs, id, sizeof name, name);
+    (void)snprintf(who, sizeof who, "%s%s%s%s", id, name[0] ? ", \"" : "", name,
+                   name[0] ? "\"" : "");
+    if (inputs->place) {
+        (void)problem_respond(inputs->call, code, "Member %zu (%s) cannot be analysed: %s",
+                              inputs->place - 1, who, detail);
+    } else {
+        (void)problem_respond(inputs->call, code, "%s%s cannot be analysed: %s", who,
+                              name[0] ? "," : "", detail);
+    }
+    inputs->answered = true;
+}
+
 /* The mesh exists and can be analysed; otherwise a problem is answered. */
 static bool check_mesh(struct process_inputs *inputs, const char *id)
 {
@@ -293,8 +329,7 @@ static bool check_mesh(struct process_inputs *inputs, const char *id)
         (void)problem_respond_store(inputs->call, status, "no-such-mesh", id);
         inputs->answered = true;
     } else if (mesh_first_problem(&mesh, code, detail)) {
-        (void)problem_respond(inputs->call, code, "%s cannot be analysed: %s", id, detail);
-        inputs->answered = true;
+        refuse_mesh(inputs, id, code, detail);
     } else {
         note_mesh(inputs, mesh.faces);
     }

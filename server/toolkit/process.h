@@ -79,6 +79,7 @@ struct process_inputs {
     bool shape_only;   /* ids are judged by their form alone, and not looked up */
     long degree;       /* the largest of the surfaces that were looked up */
     json_t *members;   /* of the cohort, as they were when it was read; NULL without one */
+    size_t place;      /* of the surface that is read, in a group: its number and 1; 0: in none */
 };
 
 /* ---- Reading (inputs.c). A problem leaves the member out of the canonical inputs. ---- */
@@ -107,6 +108,9 @@ bool inputs_boolean(struct process_inputs *inputs, const char *name, bool fallba
 /* One of the choices (ended by NULL); absent: the first. */
 const char *inputs_choice(struct process_inputs *inputs, const char *name,
                           const char *const *choices);
+
+/* The name that the caller has for a mesh or surface, as that of its file; empty without one. */
+void inputs_name_of(struct process_inputs *inputs, const char *id, size_t size, char *name);
 
 /* Whether canonical inputs have this choice. */
 bool inputs_chose(const json_t *canonical, const char *name, const char *choice);

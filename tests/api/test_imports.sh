@@ -99,6 +99,20 @@ is "$(json '.summary | [.meshes, .volumes, .new, .notAnalysable, .members] | toj
 is "$(json '[.summary.columns[] | .kind] | tojson')" '["text","text","text","number"]' 'and what its columns were read as'
 is "$(json '[.warnings[].code] | tojson')" '["column-is-text","no-label-column"]' 'and warnings'
 is "$(json '.warnings[0].figures | [.column, .line, .cell, .numbers] | tojson')" '["age",3,"unknwon",2]' 'that name the cell'
+sed 's/^4 4 0$/4 3 0/; $d' "$SCRATCH/mixed/v1.off" >"$SCRATCH/mixed/hole.off"
+printf 'file,label\nv2.off,a\nhole.off,b\n' >"$SCRATCH/mixed/t.csv"
+post '/v1/imports?cohort=holed' -F "file=@$SCRATCH/mixed/t.csv" -F "file=@$SCRATCH/mixed/v2.off" -F "file=@$SCRATCH/mixed/hole.off"
+is "$STATUS $(json '[.summary.notAnalysable, [.warnings[].code]] | tojson')" '201 [1,["not-analysable"]]' \
+    'a mesh with a hole is warned of'
+is "$(json '.warnings[0].figures | [.count, .files[0].file, .files[0].problem] | tojson')" '[1,"hole.off","mesh-not-closed"]' \
+    'with its file and the code of its problem'
+like "$(json '.warnings[0].detail')" '1 of the meshes .*: hole.off: 3 boundary edges' 'and why in words'
+HOLED=$(json '.meshes[] | select(.file == "hole.off").id')
+execute mean '{"cohort":"holed"}'
+is_problem 422 mesh-not-closed 'a process that takes it is refused'
+like "$(json .detail)" "^Member 1 \\($HOLED, \"hole\"\\) cannot be analysed: 3 boundary edges" 'by its member and name'
+execute encode "{\"mesh\":\"$HOLED\"}"
+like "$STATUS $(json .detail)" "^422 $HOLED, \"hole\", cannot be analysed: 3 boundary" 'or by its name alone'
 strays() { # AGE.., of members of a table
     local i=0 age files=()
     printf 'file;label;age' >"$SCRATCH/mixed/t.csv"
