@@ -69,6 +69,7 @@ void classify_classes_check(struct process_inputs *given, const json_t *cohort, 
     const json_t *labels = json_object_get(cohort, "labels");
     struct classify_classes classes = {0};
     size_t missing = 0, count, largest, smallest;
+    char who[GROUP_MEMBER_TEXT];
     size_t *subjects = group_subject_numbers(json_object_get(cohort, "subjects"),
                                              json_array_size(labels), &count, &largest);
     bool found = subjects && classify_classes_find(cohort, subjects, &classes, &missing);
@@ -77,7 +78,8 @@ void classify_classes_check(struct process_inputs *given, const json_t *cohort, 
     if (!found) {
         problem_add(given->list, "/inputs/cohort", "is too large for the memory there is");
     } else if (missing < classes.n) {
-        problem_add(given->list, "/inputs/cohort", "member %zu has no label", missing);
+        group_member_text(given, given->members, missing, who);
+        problem_add(given->list, "/inputs/cohort", "%s has no label", who);
     } else if (classes.count < 2) {
         problem_add(given->list, "/inputs/cohort", "has one label only: there must be two or more");
     } else if (classes.subjects[smallest] < least) {

@@ -161,10 +161,11 @@ json_t *classify_comparisons_json(const struct classify_methods *asked,
 
 /* The warnings, those of members and classes apart that classify tells of by itself. */
 static void warn(struct jobs_run *run, const struct classify *classify,
-                 const struct classify_answer *answer, const json_t *subjects, json_t *document)
+                 const struct classify_answer *answer, json_t *document)
 {
     const struct group_input *group = &classify->group;
     const char *names[CLASSIFY_METHODS] = {NULL};
+    json_t *called = group_subjects(run, group->surfaces, NULL);
 
     for (size_t m = 0; m < classify->methods.n; m++) {
         names[m] = classify->methods.list[m].name;
@@ -176,7 +177,8 @@ static void warn(struct jobs_run *run, const struct classify *classify,
                           (const char(*)[STORE_ID_MAX])answer->group.contents);
     warnings_put(document, handedness_of_names(run, group->surfaces, group->cohort));
     typicality_warn_members(warnings_of(document), classify->methods.n, answer->typicality, names,
-                            subjects);
+                            called);
+    json_decref(called);
 }
 
 /* What the members and classes are doubted for; false with the problem set. */
@@ -234,7 +236,7 @@ json_t *classify_document(struct jobs_run *run, const struct classify *classify,
     (void)json_object_set_new(document, "lmax", json_integer((json_int_t)answer->group.degree));
     (void)json_object_set_new(document, "registration",
                               registration_json(&answer->asked.comparison.registration));
-    warn(run, classify, answer, subjects, document);
+    warn(run, classify, answer, document);
     json_decref(subjects);
     if (!warn_members(run, classify, answer, document, result)) {
         json_decref(document);

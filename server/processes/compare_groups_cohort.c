@@ -70,13 +70,15 @@ const struct input_own compare_groups_cohort = {
 static bool find_labels(struct process_inputs *given, const json_t *members, const char *labels[2])
 {
     size_t found = 0;
+    char who[GROUP_MEMBER_TEXT];
 
     for (size_t i = 0; i < json_array_size(members); i++) {
         const char *label = json_string_value(json_object_get(json_array_get(members, i), "label"));
         bool known = false;
 
         if (!label) {
-            problem_add(given->list, "/inputs/cohort", "member %zu has no label", i);
+            group_member_text(given, members, i, who);
+            problem_add(given->list, "/inputs/cohort", "%s has no label", who);
             return false;
         }
         for (size_t k = 0; k < found; k++) {

@@ -127,8 +127,7 @@ json_t *compare_groups_warn(struct jobs_run *run, const struct compare *asked,
     const struct group_doubts doubts = {.classes = classes, .n_classes = 2, .names = titles};
 
     mean_warn_members(run, mean, document);
-    typicality_warn_poses(warnings_of(document), &mean->outputs, cohort->group.subjects, NULL,
-                          false);
+    typicality_warn_poses(run, &cohort->group, &mean->outputs, false, warnings_of(document));
     covariates_warn(warnings_of(document), asked->covariates, n, cohort->group.subjects,
                     cohort->which, cohort->covariates);
     for (size_t i = 0; classes && i < n; i++) {

@@ -275,8 +275,7 @@ static json_t *evaluate_group(struct jobs_run *run, const struct evaluate *asked
         document = quality_json(&quality);
         mean_set_members(document, &mean);
         mean_warn_members(run, &mean, document);
-        typicality_warn_poses(warnings_of(document), &mean.outputs, asked->group.subjects, NULL,
-                              false);
+        typicality_warn_poses(run, &asked->group, &mean.outputs, false, warnings_of(document));
         document = mean_warn(run, &mean, (struct group_doubts){.classes = NULL}, document, result);
     }
     srnf_quality_clear(&quality);

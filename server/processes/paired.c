@@ -321,8 +321,7 @@ json_t *paired_run(struct jobs_run *run, const struct paired *asked, const char 
         mean_set_members(document, &mean);
         permutation_warn(warnings_of(document), &found.test, "pValue cannot be");
         mean_warn_members(run, &mean, document);
-        typicality_warn_poses(warnings_of(document), &mean.outputs, asked->group.subjects, NULL,
-                              false);
+        typicality_warn_poses(run, &asked->group, &mean.outputs, false, warnings_of(document));
         document = mean_warn(run, &mean, (struct group_doubts){.classes = NULL}, document, result);
     }
     json_decref(replicates);

@@ -70,12 +70,8 @@ static bool warn_mean(struct jobs_run *run, const struct group_mean *mean, const
 {
     const struct group_input *members = mean->members;
     json_t *document = json_object();
-    json_t *labels =
-        group_labels(run, members->surfaces, json_object_get(members->cohort, "subjects"));
 
-    typicality_warn_poses(warnings_of(document), &mean->outputs, members->subjects, labels,
-                          mean->positions);
-    json_decref(labels);
+    typicality_warn_poses(run, members, &mean->outputs, mean->positions, warnings_of(document));
     warnings_put(document, handedness_of_names(run, members->surfaces, members->cohort));
     mean_warn_converged(mean, document);
     document = mean_warn(run, mean, (struct group_doubts){.classes = NULL}, document, result);

@@ -446,14 +446,14 @@ json_t *regress_document(struct jobs_run *run, const struct regress *asked,
     }
     mean_set_members(d.root, mean);
     warn_beyond(&d);
-    outliers_warn_design(members->cohort, d.root);
+    outliers_warn_design(run, members->cohort, d.root);
     collinearity_warn(warnings_of(d.root), d.design, &asked->design.design, members->n,
                       members->subjects);
     spreads_warn_terms(warnings_of(d.root), d.design, &asked->design.design, members->n,
                        members->subjects, found);
     warn_of_floors(&d);
     mean_warn_members(run, mean, d.root);
-    typicality_warn_poses(warnings_of(d.root), &mean->outputs, members->subjects, NULL, false);
+    typicality_warn_poses(run, members, &mean->outputs, false, warnings_of(d.root));
     return mean_warn(run, mean, (struct group_doubts){.classes = NULL}, d.root, result);
 fail:
     json_decref(d.root);

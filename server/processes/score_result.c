@@ -136,7 +136,7 @@ static bool keep_maps(struct jobs_run *run, const struct compute_model *model,
 
 /* ---- The document ---------------------------------------------------------------------------- */
 
-static void warn(const struct score *asked, const struct compute_model *model,
+static void warn(struct jobs_run *run, const struct score *asked, const struct compute_model *model,
                  const struct compute_projection *projection, json_t *sides,
                  const struct score_found *all, json_t *document)
 {
@@ -158,7 +158,7 @@ static void warn(const struct score *asked, const struct compute_model *model,
                                     json_object_get(made, "subjects"), "surfaces",
                                     json_object_get(made, "surfaces"));
 
-        outliers_warn_design(members, document);
+        outliers_warn_design(run, members, document);
         json_decref(members);
         json_decref(made);
     }
@@ -233,6 +233,6 @@ json_t *score_document(struct jobs_run *run, const struct score *asked,
                               json_boolean(projection->training_subject));
     (void)json_object_set_new(document, "at", at ? json_incref(at) : json_null());
     (void)json_object_set_new(document, "registration", registration_json(registration));
-    warn(asked, model, projection, sides, found, document);
+    warn(run, asked, model, projection, sides, found, document);
     return document;
 }

@@ -10,7 +10,6 @@
 #include "api/json_memory.h"
 #include "api/warnings.h"
 #include "toolkit/routes.h"
-#include "store/mesh.h"
 #include "store/surface.h"
 
 /* Percent of a job that encoding its meshes takes, before registration or without it: half a
@@ -33,29 +32,6 @@ int group_load(struct jobs_run *run, const struct group_input *members, bool reg
                                 registered ? SHARE_REGISTERED : SHARE_PLAIN, group, result);
     srnf_free(origins);
     return status;
-}
-
-json_t *group_name_of(struct jobs_run *run, const char *id)
-{
-    struct store *store = jobs_run_store(run);
-    const char *owner = jobs_run_owner(run);
-    struct store_surface surface = {0};
-    struct store_mesh mesh = {0};
-    json_t *name = NULL;
-
-    if (strncmp(id, "mesh-", 5) == 0) {
-        if (process_read(store_mesh_get_as(store, owner, id, &mesh)) && mesh.name && mesh.name[0]) {
-            name = json_string(mesh.name);
-        }
-        store_mesh_clear(&mesh);
-    } else {
-        if (process_read(store_surface_get_as(store, owner, id, false, &surface)) && surface.name &&
-            surface.name[0]) {
-            name = json_string(surface.name);
-        }
-        store_surface_clear(&surface);
-    }
-    return name ? name : json_string(id);
 }
 
 /* How often each of the names is there (new reference). */
@@ -259,30 +235,34 @@ static void find_content(struct jobs_run *run, const char *id, bool mirrored, co
     store_surface_clear(&surface);
 }
 
-static void warn_duplicate(json_t *warnings, const json_t *subjects, size_t first, size_t i,
-                           const char *content)
+static void warn_duplicate(struct jobs_run *run, const json_t *surfaces, const json_t *subjects,
+                           size_t first, size_t i, const char *content, json_t *warnings)
 {
     const char *a = json_string_value(json_array_get(subjects, first));
     const char *b = json_string_value(json_array_get(subjects, i));
     json_t *figures = json_pack("{s:[I, I], s:s}", "members", (json_int_t)first, (json_int_t)i,
                                 "content", content);
+    char one[GROUP_WHO], other[GROUP_WHO];
 
+    group_who(run, surfaces, subjects, first, one);
+    group_who(run, surfaces, subjects, i, other);
+    other[0] = 'm';
     if (a && b && strcmp(a, b) == 0) {
         warning_add(warnings, "duplicate-content", figures,
-                    "Members %zu and %zu, both of subject %.60s, have the same content, %s: it "
+                    "%s and %s, both of subject %.60s, have the same content, %s: it "
                     "counts twice. Take one of them out, unless that is meant.",
-                    first, i, a, content);
+                    one, other, a, content);
     } else if (a && b) {
         warning_add(warnings, "duplicate-content", figures,
-                    "Members %zu and %zu have the same content, %s, under two subjects, %.60s and "
+                    "%s and %s have the same content, %s, under two subjects, %.60s and "
                     "%.60s: one of them is likely mistaken, and what is left out under one name "
                     "stays in under the other.",
-                    first, i, content, a, b);
+                    one, other, content, a, b);
     } else {
         warning_add(warnings, "duplicate-content", figures,
-                    "Members %zu and %zu have the same content, %s, and count as two subjects. "
+                    "%s and %s have the same content, %s, and count as two subjects. "
                     "Take one of them out, or give both the same subject in a cohort.",
-                    first, i, content);
+                    one, other, content);
     }
 }
 
@@ -305,9 +285,10 @@ void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t 
         mesh = first_of(of_mesh, content.mesh[0] ? content.mesh : NULL, i, &good);
         first = surface < mesh ? surface : mesh;
         if (good && first < i) {
-            warn_duplicate(warnings_of(document), json_object_get(cohort, "subjects"), first, i,
+            warn_duplicate(run, surfaces, json_object_get(cohort, "subjects"), first, i,
                            surface == first ? json_string_value(json_array_get(surfaces, first))
-                                            : content.mesh + 1);
+                                            : content.mesh + 1,
+                           warnings_of(document));
         }
     }
     if (!good) {

@@ -7,6 +7,7 @@
 
 #include "api/cohorts.h"
 #include "compute/group.h"
+#include "toolkit/names.h"
 #include "toolkit/process.h"
 #include "toolkit/table.h"
 
@@ -130,9 +131,7 @@ bool inputs_model(struct process_inputs *inputs, const char *kind, struct store_
    name that the mesh or surface has, or else its id. subjects: an array of texts and nulls, or
    NULL. */
 json_t *group_subjects(struct jobs_run *run, const json_t *surfaces, const json_t *subjects);
-/* The name that a mesh or surface has, or its id (new reference). */
-json_t *group_name_of(struct jobs_run *run, const char *id);
-/* The same with no two alike. Where several would be the same, the name follows the subject in
+/* Such names with no two alike. Where several would be the same, the name follows the subject in
    brackets, the id the name, and then the number of the member. */
 json_t *group_labels(struct jobs_run *run, const json_t *surfaces, const json_t *subjects);
 /* Loads the members, as compute_group_load does, those bridged that mixedRoutes asks for where the

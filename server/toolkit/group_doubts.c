@@ -15,28 +15,39 @@
 
 #define DEGREES (180.0 / 3.14159265358979323846)
 
-/* "Member 3 (Ada)", as far as it has a name. */
-static void name_member(char text[128], size_t i, const json_t *labels)
+/* A member in words, at the begin of a sentence and within one. */
+static void name_member(struct jobs_run *run, const struct group_doubts *doubts, size_t i,
+                        char who[GROUP_WHO])
 {
-    const char *name = json_string_value(json_array_get(labels, i));
-
-    (void)snprintf(text, 128, name ? "Member %zu (%.80s)" : "Member %zu", i, name);
+    group_who(run, doubts->surfaces, json_object_get(doubts->cohort, "subjects"), i, who);
 }
 
-static void warn_twins(const struct srnf_twins *twins, json_t *warnings)
+static void name_within(struct jobs_run *run, const struct group_doubts *doubts, size_t i,
+                        char who[GROUP_WHO])
 {
+    name_member(run, doubts, i, who);
+    who[0] = 'm';
+}
+
+static void warn_twins(struct jobs_run *run, const struct group_doubts *doubts,
+                       const struct srnf_twins *twins, json_t *warnings)
+{
+    char first[GROUP_WHO], second[GROUP_WHO];
+
     if (twins->count == 0) {
         return;
     }
+    name_within(run, doubts, twins->first, first);
+    name_within(run, doubts, twins->second, second);
     warning_add(warnings, "near-duplicates",
                 json_pack("{s:I, s:o, s:o, s:I, s:I}", "pairs", (json_int_t)twins->count, "nearest",
                           json_finite(twins->nearest), "median", json_finite(twins->median),
                           "first", (json_int_t)twins->first, "second", (json_int_t)twins->second),
                 "%zu pairs of members are far nearer to each other than the rest: the nearest, "
-                "members %zu and %zu, is %.3g apart where half of all pairs are %.3g and more. "
+                "%s and %s, is %.3g apart where half of all pairs are %.3g and more. "
                 "Scans of one subject count as several subjects here, which makes p-values and "
                 "accuracies too good: name their subject in a cohort, or keep one of each.",
-                twins->count, twins->first, twins->second, twins->nearest, twins->median);
+                twins->count, first, second, twins->nearest, twins->median);
 }
 
 static const struct compute_match *match_of(const struct compute_likeness *likeness, size_t member)
@@ -62,19 +73,19 @@ static bool is_posed_apart(const struct compute_match *match)
 }
 
 /* Members beyond their limit that no other reason explains. */
-static void warn_far(const struct compute_likeness *likeness, const struct group_doubts *doubts,
-                     const json_t *labels, json_t *warnings)
+static void warn_far(struct jobs_run *run, const struct compute_likeness *likeness,
+                     const struct group_doubts *doubts, json_t *warnings)
 {
     for (size_t i = 0; likeness->distances && i < likeness->n; i++) {
         const struct srnf_typicality *t = &likeness->distances[i];
         const struct compute_match *match = match_of(likeness, i);
-        char name[128];
+        char name[GROUP_WHO];
 
         if (!t->far || (match && srnf_match_is_mirrored(&match->match)) ||
             (match && !doubts->rotates && is_posed_apart(match))) {
             continue;
         }
-        name_member(name, i, labels);
+        name_member(run, doubts, i, name);
         warning_add(
             warnings, "far-from-group",
             json_pack("{s:I, s:o}", "member", (json_int_t)i, "distance", typicality_json(t, 1.0)),
@@ -121,19 +132,18 @@ static bool of_class(const struct compute_likeness *likeness)
     return mirrored;
 }
 
-static void warn_members(const struct compute_likeness *likeness, const json_t *labels,
-                         json_t *warnings)
+static void warn_members(struct jobs_run *run, const struct compute_likeness *likeness,
+                         const struct group_doubts *doubts, json_t *warnings)
 {
     for (size_t k = 0; k < likeness->n_members; k++) {
         const struct compute_match *match = &likeness->members[k];
-        char name[128], medoid[128];
+        char name[GROUP_WHO], medoid[GROUP_WHO];
 
         if (!srnf_match_is_mirrored(&match->match) || of_class(likeness)) {
             continue;
         }
-        name_member(name, match->second, labels);
-        name_member(medoid, match->first, labels);
-        medoid[0] = 'm';
+        name_member(run, doubts, match->second, name);
+        name_within(run, doubts, match->first, medoid);
         warn_mirrored(match, medoid, name,
                       "See whether its file is of the other side or its axes are turned over; set "
                       "mirror of the member in the cohort, or encode it with mirror = true.",
@@ -176,13 +186,13 @@ static json_t *turned_json(const struct compute_match *match)
 }
 
 /* One warning of all members that lie in another pose; whether there is one. */
-static bool warn_poses(const struct compute_likeness *likeness, const struct group_doubts *doubts,
-                       const json_t *labels, json_t *warnings)
+static bool warn_poses(struct jobs_run *run, const struct compute_likeness *likeness,
+                       const struct group_doubts *doubts, json_t *warnings)
 {
     const struct compute_match *most = NULL;
     json_t *members = json_array();
     size_t count = 0;
-    char name[128], medoid[128], turn[TURN_MAX];
+    char name[GROUP_WHO], medoid[GROUP_WHO], turn[TURN_MAX];
 
     for (size_t k = 0; k < likeness->n_members; k++) {
         const struct compute_match *match = &likeness->members[k];
@@ -198,9 +208,8 @@ static bool warn_poses(const struct compute_likeness *likeness, const struct gro
         json_decref(members);
         return most != NULL;
     }
-    name_member(name, most->second, labels);
-    name_member(medoid, most->first, labels);
-    medoid[0] = 'm';
+    name_member(run, doubts, most->second, name);
+    name_within(run, doubts, most->first, medoid);
     describe_turn(turn, most, name, medoid, doubts->positions);
     warning_add(warnings, "pose-differs",
                 json_pack("{s:I, s:I, s:o}", "tried", (json_int_t)likeness->n_members, "turned",
@@ -262,7 +271,6 @@ bool group_doubts_warn(struct jobs_run *run, const struct group_doubts *doubts, 
         .n_classes = doubts->n_classes,
         .rotates = doubts->rotates,
         .mirrors = doubts->mirrors && !is_told(warnings_of(document), "mirror-images")};
-    json_t *names = group_labels(run, doubts->surfaces, NULL); /* labels say little of a member */
     struct compute_likeness likeness = {0};
     json_t *warnings = warnings_of(document);
     int status = numbers ? 0 : compute_fail(result, SRNF_ENOMEM, NULL, "comparing the members");
@@ -271,17 +279,17 @@ bool group_doubts_warn(struct jobs_run *run, const struct group_doubts *doubts, 
         status = compute_likeness(run, &inputs, &likeness, result);
     }
     if (status == 0 && doubts->pairs) {
-        if (doubts->rotates || !warn_poses(&likeness, doubts, names, warnings)) {
-            warn_twins(&likeness.twins, warnings); /* poses in common make members near */
+        if (doubts->rotates || !warn_poses(run, &likeness, doubts, warnings)) {
+            warn_twins(run, doubts, &likeness.twins,
+                       warnings); /* poses in common make members near */
         }
-        warn_members(&likeness, names, warnings);
+        warn_members(run, &likeness, doubts, warnings);
         if (doubts->members) {
-            warn_far(&likeness, doubts, names, warnings);
+            warn_far(run, &likeness, doubts, warnings);
         }
         warn_classes(&likeness, doubts, warnings);
     }
     compute_likeness_clear(&likeness);
-    json_decref(names);
     srnf_free(numbers);
     return status == 0;
 }

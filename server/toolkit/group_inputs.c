@@ -14,8 +14,6 @@
 #include "text.h"
 #include "toolkit/routes.h"
 #include "store/cohort.h"
-#include "store/mesh.h"
-#include "store/surface.h"
 
 #define MIB 1048576.0
 #define MEMORY_WITHOUT_ENGINE (2048.0 * MIB) /* of a job that nothing would run */

@@ -295,8 +295,7 @@ json_t *mean_finish(struct jobs_run *run, const struct group_mean *mean, json_t 
         group_labels(run, members->surfaces, json_object_get(members->cohort, "subjects"));
 
     mean_set_members(document, mean);
-    typicality_warn_poses(warnings_of(document), &mean->outputs, members->subjects, labels,
-                          mean->positions);
+    typicality_warn_poses(run, members, &mean->outputs, mean->positions, warnings_of(document));
     (void)json_object_set_new(document, "labels", labels);
     (void)json_object_set_new(document, "groups", group_groups(members->cohort));
     (void)json_object_set_new(document, "distances", json_vector(found->distances, found->n));

@@ -17,6 +17,7 @@
 #include "api/warnings.h"
 #include "toolkit/codes.h"
 #include "toolkit/dates.h"
+#include "toolkit/names.h"
 
 #define DEVIATIONS_FAR 10.0
 #define MEMBERS_MIN 5
@@ -34,48 +35,49 @@ double sorted_median(size_t n, double *values)
     return n ? 0.5 * (values[(n - 1) / 2] + values[n / 2]) : 0.0;
 }
 
-/* A name of member i: its subject, or its id. */
-static const char *member_of(const json_t *cohort, size_t i)
+/* A member in words, within a sentence. */
+static void name_member(struct jobs_run *run, const json_t *cohort, size_t i, char who[GROUP_WHO])
 {
-    const char *subject = json_string_value(json_array_get(json_object_get(cohort, "subjects"), i));
-    const char *id = json_string_value(json_array_get(json_object_get(cohort, "surfaces"), i));
-
-    return subject ? subject : id ? id : "?";
+    group_who(run, json_object_get(cohort, "surfaces"), json_object_get(cohort, "subjects"), i,
+              who);
+    who[0] = 'm';
 }
 
 /* Whether the covariate has a code for what is missing, and warns of it. scratch: [n]. */
-static bool warn_code(const json_t *cohort, const char *name, size_t n, const double *values,
-                      double *scratch, json_t *document)
+static bool warn_code(struct jobs_run *run, const json_t *cohort, const char *name, size_t n,
+                      const double *values, double *scratch, json_t *document)
 {
     struct code code;
+    char who[GROUP_WHO];
 
     if (!code_find(n, values, scratch, &code)) {
         return false;
     }
+    name_member(run, cohort, code.first, who);
     warning_add(warnings_of(document), "covariate-far",
                 json_pack("{s:s, s:I, s:f, s:I, s:b, s:f, s:f}", "covariate", name, "member",
                           (json_int_t)code.first, "value", code.value, "members",
                           (json_int_t)code.members, "code", 1, "lowest", code.lowest, "highest",
                           code.highest),
-                "%.60s is %.6g in %zu of %zu members, member %zu (%.60s) first, where the others "
+                "%.60s is %.6g in %zu of %zu members, %s first, where the others "
                 "have %.6g to %.6g. Is it a code for what is missing? Here it counts as a number, "
                 "and may decide coefficients, p-values and accuracies: leave these members out, or "
                 "give them what was measured.",
-                name, code.value, code.members, n, code.first, member_of(cohort, code.first),
-                code.lowest, code.highest);
+                name, code.value, code.members, n, who, code.lowest, code.highest);
     return true;
 }
 
 /* values: [n], and as many of scratch. */
-static void judge(const json_t *cohort, const char *name, size_t n, double *values,
-                  json_t *document)
+static void judge(struct jobs_run *run, const json_t *cohort, const char *name, size_t n,
+                  double *values, json_t *document)
 {
     double *sorted = values + n;
     double middle, deviation, most = 0.0;
     size_t far = 0, worst = 0;
+    char who[GROUP_WHO];
 
     if (dates_warn(name, n, values, warnings_of(document)) ||
-        warn_code(cohort, name, n, values, sorted, document)) {
+        warn_code(run, cohort, name, n, values, sorted, document)) {
         return;
     }
     memcpy(sorted, values, n * sizeof *sorted);
@@ -92,15 +94,16 @@ static void judge(const json_t *cohort, const char *name, size_t n, double *valu
         most = fmax(most, z);
     }
     if (far > 0) {
+        name_member(run, cohort, worst, who);
         warning_add(
             warnings_of(document), "covariate-far",
             json_pack("{s:s, s:I, s:f, s:f, s:f, s:I, s:b}", "covariate", name, "member",
                       (json_int_t)worst, "value", values[worst], "median", middle,
                       "standardDeviations", most, "members", (json_int_t)far, "code", 0),
-            "%.60s is %.6g in member %zu (%.60s), %.3g standard deviations from the median %.6g of "
+            "%.60s is %.6g in %s, %.3g standard deviations from the median %.6g of "
             "all. Is it a code for what is missing, in another unit, or a slip? One such value may "
             "decide coefficients, p-values and accuracies: correct it, or leave the member out.",
-            name, values[worst], worst, member_of(cohort, worst), most, middle);
+            name, values[worst], who, most, middle);
     }
 }
 
@@ -118,8 +121,8 @@ bool outliers_read(const json_t *table, bool rows, size_t c, size_t n, double *v
     return true;
 }
 
-static void judge_all(const json_t *cohort, const json_t *names, const json_t *table, bool rows,
-                      json_t *document)
+static void judge_all(struct jobs_run *run, const json_t *cohort, const json_t *names,
+                      const json_t *table, bool rows, json_t *document)
 {
     size_t count = json_array_size(names), first = json_array_size(json_array_get(table, 0));
     size_t n = rows ? json_array_size(table) : first;
@@ -135,19 +138,19 @@ static void judge_all(const json_t *cohort, const json_t *names, const json_t *t
 
         /* Products and levels follow from the columns that they are made of. */
         if (name && !strpbrk(name, ":[") && outliers_read(table, rows, c, n, values)) {
-            judge(cohort, name, n, values, document);
+            judge(run, cohort, name, n, values, document);
         }
     }
     srnf_free(values);
 }
 
-void outliers_warn(const json_t *inputs, json_t *document)
+void outliers_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
 {
     const json_t *cohort = json_object_get(inputs, "cohort");
     const json_t *values = json_object_get(cohort, "values"); /* where members are classified */
 
     if (json_is_object(cohort)) {
-        judge_all(cohort, json_object_get(inputs, "covariates"),
+        judge_all(run, cohort, json_object_get(inputs, "covariates"),
                   values ? values : json_object_get(cohort, "covariates"), false, document);
     }
 }
@@ -201,13 +204,13 @@ static void warn_mixed(const json_t *mixed, json_t *document)
     }
 }
 
-void outliers_warn_design(const json_t *cohort, json_t *document)
+void outliers_warn_design(struct jobs_run *run, const json_t *cohort, json_t *document)
 {
     const json_t *design = json_object_get(cohort, "design"), *one;
     size_t i;
 
-    judge_all(cohort, json_object_get(design, "columns"), json_object_get(design, "rows"), true,
-              document);
+    judge_all(run, cohort, json_object_get(design, "columns"), json_object_get(design, "rows"),
+              true, document);
     warn_mixed(json_object_get(design, "mixed"), document);
     json_array_foreach(json_object_get(design, "alike"), i, one)
     {

@@ -15,11 +15,11 @@
    Numbers that are dates (toolkit/dates.h) have covariate-is-date instead.
    A covariate of which more than half is the same has no such deviation, and is judged by codes
    alone. */
-void outliers_warn(const json_t *inputs, json_t *document);
+void outliers_warn(struct jobs_run *run, const json_t *inputs, json_t *document);
 /* The same of the columns of a formula that are neither products nor levels (toolkit/design.h); and
    column-is-text for each that it takes as levels, though many of its texts are numbers. cohort:
    with subjects and surfaces, and the design. */
-void outliers_warn_design(const json_t *cohort, json_t *document);
+void outliers_warn_design(struct jobs_run *run, const json_t *cohort, json_t *document);
 
 /* Column c of a table of rows, or row c of one of columns, into values [n], truth values as 0 and
    1; false where that is not all numbers. */

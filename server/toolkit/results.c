@@ -116,7 +116,7 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
     degrees_warn(run, inputs, document);
     units_warn(run, inputs, document);
     shapes_warn(run, inputs, document);
-    outliers_warn(inputs, document);
+    outliers_warn(run, inputs, document);
     giveaways_warn(inputs, document);
     giveaways_warn_labels(inputs, document);
     giveaways_warn_subjects(inputs, document);

@@ -17,6 +17,7 @@
 #include "store/mesh.h"
 #include "store/model.h"
 #include "store/surface.h"
+#include "toolkit/names.h"
 #include "toolkit/outliers.h"
 #include "toolkit/scales.h"
 
@@ -241,14 +242,16 @@ size_t sizes_split(size_t n, double *sizes, double *ratio)
 }
 
 struct sizes {
+    struct jobs_run *run;
     struct store *store;
-    size_t n;            /* surfaces */
-    const json_t *ids;   /* [n] */
-    double *values;      /* [n] 0: not known */
-    double *sorted;      /* [n] of scratch */
-    const json_t *parts; /* names of the structures, part after part; NULL: one */
-    bool stored;         /* surfaces are compared as they are stored */
-    bool count;          /* as well as shapes */
+    const json_t *subjects; /* of the cohort, or NULL */
+    size_t n;               /* surfaces */
+    const json_t *ids;      /* [n] */
+    double *values;         /* [n] 0: not known */
+    double *sorted;         /* [n] of scratch */
+    const json_t *parts;    /* names of the structures, part after part; NULL: one */
+    bool stored;            /* surfaces are compared as they are stored */
+    bool count;             /* as well as shapes */
 };
 
 /* "Part amygdala: ", or nothing. */
@@ -276,11 +279,24 @@ static size_t sort_known(const struct sizes *s, size_t from, size_t n)
     return count;
 }
 
+/* Of a part members are subjects, and have numbers of their own. */
+static void name_first(const struct sizes *s, size_t from, size_t first, char who[GROUP_WHO])
+{
+    json_t *own = json_array();
+
+    for (size_t i = from; i <= first; i++) {
+        (void)json_array_append(own, json_array_get(s->ids, i));
+    }
+    group_who(s->run, own, s->subjects, first - from, who);
+    who[0] = 'm';
+    json_decref(own);
+}
+
 static void warn_classes(const struct sizes *s, size_t part, size_t n, json_t *document)
 {
     size_t from = part * n, count = sort_known(s, from, n), low, first = from, few;
     double ratio = 1.0, limit;
-    char name[96];
+    char name[96], who[GROUP_WHO];
     json_t *figures, *members = json_array();
     bool below;
 
@@ -299,6 +315,7 @@ static void warn_classes(const struct sizes *s, size_t part, size_t n, json_t *d
         }
     }
     name_part(s, part, name);
+    name_first(s, from, first, who);
     figures = json_pack("{s:o, s:o, s:f, s:f, s:f}", "members", members, "first",
                         json_incref(json_array_get(s->ids, first)), "size", s->values[first],
                         "median", middle_of(count, s->sorted), "ratio", ratio);
@@ -307,11 +324,10 @@ static void warn_classes(const struct sizes *s, size_t part, size_t n, json_t *d
     }
     warning_add(
         warnings_of(document), "mixed-units", figures,
-        "%sSizes fall into two classes: those of %zu of %zu members, member %zu (%s) first, "
+        "%sSizes fall into two classes: those of %zu of %zu members, %s first, "
         "are %.3g times %s than those of the others (medians of roots of areas). Are they "
         "in another unit, as centimetres among millimetres, or of another structure? %s",
-        name, few, count, first - from, json_string_value(json_array_get(s->ids, first)), ratio,
-        below ? "smaller" : "larger",
+        name, few, count, who, ratio, below ? "smaller" : "larger",
         s->count ? "Sizes count here, and decide what is found."
                  : "Where sizes do not count a unit changes no distance of shapes, and a structure "
                    "does.");
@@ -437,7 +453,10 @@ static json_t *parts_of(const json_t *inputs, const json_t *surfaces)
 void units_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
 {
     const json_t *surfaces = json_object_get(json_object_get(inputs, "cohort"), "surfaces");
-    struct sizes s = {.store = jobs_run_store(run), .count = sizes_count(inputs)};
+    struct sizes s = {.run = run,
+                      .store = jobs_run_store(run),
+                      .subjects = json_object_get(json_object_get(inputs, "cohort"), "subjects"),
+                      .count = sizes_count(inputs)};
     json_t *parts;
     size_t n_parts;
 

@@ -33,14 +33,6 @@ static const char *const trait_names[] = {
     [SRNF_TRAIT_NEAREST] = "nearest",
 };
 
-/* "Member 3 (Ada)", as far as it has a name. labels may be NULL. */
-static void name_member(char text[128], size_t i, const json_t *labels)
-{
-    const char *name = json_string_value(json_array_get(labels, i));
-
-    (void)snprintf(text, 128, name ? "Member %zu (%.80s)" : "Member %zu", i, name);
-}
-
 json_t *typicality_json(const struct srnf_typicality *t, double unit)
 {
     return json_pack("{s:o, s:o, s:f, s:o}", "value", json_finite(unit * t->value), "limit",
@@ -277,9 +269,12 @@ static bool judge_angle(const double *angles, const size_t *subjects, const doub
            t->far;
 }
 
-void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *outputs,
-                           const size_t *subjects, const json_t *labels, bool positions)
+void typicality_warn_poses(struct jobs_run *run, const struct group_input *members,
+                           const struct compute_mean_outputs *outputs, bool positions,
+                           json_t *warnings)
 {
+    const size_t *subjects = members->subjects;
+
     size_t n = outputs->angles ? outputs->mean.n : 0;
     double *others = n >= POSED_MIN ? srnf_alloc(n, 2 * sizeof(double)) : NULL;
     double *weights = others ? typicality_weights(n, subjects) : NULL;
@@ -289,11 +284,12 @@ void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *
     }
     for (size_t i = 0; i < n && weights; i++) {
         struct srnf_typicality t;
-        char name[128];
+        char name[GROUP_WHO];
 
         if (judge_angle(outputs->angles, subjects, weights, n, i, others, &t) &&
             t.limit < POSES_ALIKE) {
-            name_member(name, i, labels);
+            group_who(run, members->surfaces, json_object_get(members->cohort, "subjects"), i,
+                      name);
             warning_add(warnings, "pose-differs",
                         json_pack("{s:I, s:f, s:o}", "member", (json_int_t)i, "angle",
                                   DEGREES * t.value, "limit", json_finite(DEGREES * t.limit)),
@@ -340,7 +336,7 @@ static void list_far(const struct srnf_folds_typicality *typicality, size_t memb
 
 void typicality_warn_members(json_t *warnings, size_t n_methods,
                              const struct srnf_folds_typicality *typicality,
-                             const char *const *methods, const json_t *subjects)
+                             const char *const *methods, const json_t *names)
 {
     size_t n = n_methods ? typicality[0].n : 0;
 
@@ -363,7 +359,8 @@ void typicality_warn_members(json_t *warnings, size_t n_methods,
             json_decref(figures);
         }
         if (json_object_size(by_method)) {
-            name_member(name, i, subjects);
+            (void)snprintf(name, sizeof name, "Member %zu (%.80s)", i,
+                           json_string_value(json_array_get(names, i)));
             warning_add(warnings, "far-from-group",
                         json_pack("{s:I, s:O}", "member", (json_int_t)i, "methods", by_method),
                         "%s is unlike all other members, of whatever class: %s. What class it is "

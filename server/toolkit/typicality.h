@@ -6,6 +6,7 @@
 #define SRNFD_TOOLKIT_TYPICALITY_H
 
 #include "toolkit/process.h"
+#include "toolkit/group.h"
 #include "compute/mean.h"
 
 struct compute_projection; /* compute/model.h */
@@ -34,10 +35,11 @@ bool typicality_is_twin(const struct compute_model *model, double quartile, doub
 void typicality_warn_twin(json_t *warnings, const struct compute_model *model, const double *scores,
                           double residual);
 
-/* Appends a warning for each member that is turned far against those of other subjects. subjects:
-   [n] numbers of theirs; labels: their names; positions: as of group_doubts. */
-void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *outputs,
-                           const size_t *subjects, const json_t *labels, bool positions);
+/* Appends a warning for each member that is turned far against those of other subjects.
+   positions: as of group_doubts. */
+void typicality_warn_poses(struct jobs_run *run, const struct group_input *members,
+                           const struct compute_mean_outputs *outputs, bool positions,
+                           json_t *warnings);
 /* 1 / m for each of the m members of a subject, by their numbers, each below n (srnf_free); NULL
    without memory. */
 double *typicality_weights(size_t n, const size_t *subjects);
@@ -45,9 +47,9 @@ double *typicality_weights(size_t n, const size_t *subjects);
 /* The verdicts on one member of a comparison (new reference). */
 json_t *typicality_member(const struct srnf_folds_typicality *typicality, size_t member);
 /* Appends a warning for each member that is far from all classes by one method or more.
-   typicality: [n_methods]; subjects: names of the members. */
+   typicality: [n_methods]; names: of the members. */
 void typicality_warn_members(json_t *warnings, size_t n_methods,
                              const struct srnf_folds_typicality *typicality,
-                             const char *const *methods, const json_t *subjects);
+                             const char *const *methods, const json_t *names);
 
 #endif

@@ -137,9 +137,11 @@ compare "$(warned mixed-units | jq '.[0].figures | .greatest / .least')" '>' 900
 post_json /v1/cohorts "{\"name\":\"longer\",\"members\":$(members "${LONGER[@]}" "${UNIT[3]}")}"
 run classify '{"cohort":"longer","method":"harmonic-nn","lmax":4,"scale":"shape-and-size"}'
 is "$STATUS $(warned mixed-units | jq -c 'map(.figures.members)')" '200 [[3,4]]' 'so are two classes of sizes that are less than ten times apart'
+request PATCH "/v1/surfaces/${METRES[0]}" --header 'Content-Type: application/json' --data-binary '{"name":"in metres"}'
 run classify '{"cohort":"units","method":"harmonic-nn","lmax":4}'
 is "$STATUS $(count mixed-units)" '200 1' 'where sizes do not count two classes of them are'
 is "$(warned mixed-units | jq -c '.[0].figures | [.members, .first]')" "[[3,4],\"${METRES[0]}\"]" 'by their members'
+like "$(warned mixed-units | jq -r '.[0].detail')" 'member 3 [(]in metres[)] first' 'with the name of the first'
 run mean "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${UNIT[2]}\",\"${UNIT[3]}\"],\"register\":false}"
 is "$STATUS $(count mixed-units)" '200 0' 'and structures of one unit are not'
 run pca "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${UNIT[2]}\",\"${UNIT[3]}\"],\"register\":false}"

@@ -201,7 +201,8 @@ turn() { # SURFACE DEGREES
     get "/v1/surfaces/$1/coefficients"
     jq --argjson angle "$2" '($angle * 3.141592653589793 / 180) as $a | ($a | cos) as $c | ($a | sin) as $s |
         [.x, .y] as [$x, $y] | .x = [range($x | length) | $c * $x[.] - $s * $y[.]] |
-        .y = [range($x | length) | $s * $x[.] + $c * $y[.]] | {coefficients: .}' "$BODY" >"$SCRATCH/turned.json"
+        .y = [range($x | length) | $s * $x[.] + $c * $y[.]] | {name: "turned sample", coefficients: .}' \
+        "$BODY" >"$SCRATCH/turned.json"
     post_json /v1/surfaces "@$SCRATCH/turned.json"
     json .id
 }
@@ -214,6 +215,12 @@ compare "$(json '.warnings[] | select(.code == "pose-differs") | .figures.standa
 run mean "{\"surfaces\":[$(group 0 12),\"$TURNED\"],\"register\":false}"
 is "$(json '[.warnings[] | select(.code == "pose-differs") | .figures.member] | tojson')" '[12]' \
     'and is told among the members of a mean'
+like "$(json '.warnings[] | select(.code == "pose-differs").detail')" '^Member 12 \(turned sample\) lies' 'by number and name'
+post_json /v1/cohorts "$(printf '%s\n' "${DRAWN[@]:0:12}" "$TURNED" |
+    jq -R . | jq -sc '{name: "posed", members: (to_entries | map({id: .value, label: (["a", "b"][.key % 2])}))}')"
+run compare-groups '{"cohort":"posed","register":false,"permutations":99}'
+like "$STATUS $(json '.warnings[] | select(.code == "pose-differs").detail')" '^200 Member 12 \(turned sample\) lies' \
+    'and so in a comparison of groups'
 
 # ---- What does not belong to a cohort ----------------------------------------------------------------
 

@@ -214,7 +214,7 @@ wrong train '{"cohort":"one"}' /inputs/cohort 'one label only' 'one class'
 post_json /v1/cohorts "$(cohort single 0 12 | jq -c '.members |= (map(.label = "round") | .[3].label = "flat")')"
 wrong train '{"cohort":"single"}' /inputs/cohort 'has 1 subject \(1 member\) with the label "flat"; each label needs 5' 'a class of one member'
 post_json /v1/cohorts "$(cohort missing 0 12 | jq -c 'del(.members[5].label)')"
-wrong train '{"cohort":"missing"}' /inputs/cohort 'member 5 has no label' 'a label that is missing'
+wrong train '{"cohort":"missing"}' /inputs/cohort '^member 5 .surf-[0-9a-f]+.* has no label' 'a label that is missing'
 wrong train '{"cohort":"half","components":9}' /inputs/components 'covariance of 9 features' 'more components than are determined'
 wrong train '{"cohort":"half","method":"icp-nn"}' /inputs/method '' 'a method that cannot be kept'
 wrong train '{}' /inputs/cohort required 'no cohort'
