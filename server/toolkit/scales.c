@@ -13,6 +13,7 @@
 #include "store/mesh.h"
 #include "store/model.h"
 #include "store/surface.h"
+#include "toolkit/names.h"
 
 /* Of the area of an encoded surface, which was divided by it: rounding, and the figures of its
    record. */
@@ -21,6 +22,10 @@
 #define AREA_FAR 10.0 /* factor beyond which it does not */
 #define LABEL_SHOWN 60
 #define PARTED_MIN 2 /* members of a label that a degree can go with */
+#define OTHERS_MIN 3 /* members of which some can be the others */
+#define OTHERS_NAMED ((size_t)3)
+#define OTHERS_SHOWN ((size_t)100)
+#define OTHERS_TEXT 400
 
 /* ---- What is compared ------------------------------------------------------------------------ */
 
@@ -244,11 +249,76 @@ static void find_parted(struct degree_tally *tally)
     }
 }
 
-static void add_degrees(const struct degree_tally *tally, json_t *document)
+/* The degree that most have, of several the lowest. */
+static int64_t usual_degree(size_t n, const int64_t *degrees)
+{
+    size_t counts[SRNF_DEGREE_MAX + 1] = {0}, best = 0;
+
+    for (size_t i = 0; i < n; i++) {
+        counts[degrees[i] >= 0 && degrees[i] <= SRNF_DEGREE_MAX ? degrees[i] : 0]++;
+    }
+    for (size_t k = 1; k <= SRNF_DEGREE_MAX; k++) {
+        best = counts[k] > (best ? counts[best] : 0) ? k : best;
+    }
+    return (int64_t)best;
+}
+
+/* Names the members of a group that have not the degree of most: the first in words, and up to
+   OTHERS_SHOWN in the figures. Of several structures each member has several, and none is named. */
+static void name_others(struct jobs_run *run, const struct degree_tally *tally,
+                        const json_t *inputs, json_t *figures, char text[OTHERS_TEXT])
+{
+    const json_t *cohort = json_object_get(inputs, "cohort");
+    const json_t *own = json_object_get(cohort, "surfaces");
+    const json_t *ids = own ? own : json_object_get(inputs, "surfaces");
+    size_t n = json_array_size(ids), count = 0, length = 0;
+    int64_t *degrees = n >= OTHERS_MIN ? srnf_alloc(n, sizeof *degrees) : NULL, usual;
+    json_t *members = json_array();
+    char named[OTHERS_TEXT] = "";
+
+    for (size_t i = 0; degrees && i < n; i++) {
+        const struct traits traits =
+            find_traits(tally->store, json_string_value(json_array_get(ids, i)));
+
+        degrees[i] = tally->most && traits.degree > tally->most ? tally->most : traits.degree;
+    }
+    usual = degrees ? usual_degree(n, degrees) : 0;
+    for (size_t i = 0; degrees && i < n; i++) {
+        char who[GROUP_WHO];
+
+        if (degrees[i] <= 0 || degrees[i] == usual) {
+            continue;
+        }
+        if (count++ < OTHERS_NAMED) {
+            group_who(run, ids, json_object_get(cohort, "subjects"), i, who);
+            who[0] = 'm';
+            (void)snprintf(named + length, sizeof named - length, "%s%.80s at %lld",
+                           length ? ", " : "", who, (long long)degrees[i]);
+            length = strlen(named);
+        }
+        if (count <= OTHERS_SHOWN) {
+            (void)json_array_append_new(members, json_integer((json_int_t)i));
+        }
+    }
+    if (count > 0) {
+        (void)snprintf(text, OTHERS_TEXT,
+                       " %zu of %zu members %s not at %lld, which most are: %s%s.", count, n,
+                       count == 1 ? "is" : "are", (long long)usual, named,
+                       count > OTHERS_NAMED ? " and others" : "");
+        (void)json_object_set_new(figures, "usual", json_integer((json_int_t)usual));
+        (void)json_object_set_new(figures, "others", json_integer((json_int_t)count));
+        (void)json_object_set(figures, "members", members);
+    }
+    json_decref(members);
+    srnf_free(degrees);
+}
+
+static void add_degrees(struct jobs_run *run, const struct degree_tally *tally,
+                        const json_t *inputs, json_t *document)
 {
     json_t *figures = json_pack("{s:I, s:I}", "lowest", (json_int_t)tally->all.lowest, "highest",
                                 (json_int_t)tally->all.highest);
-    char parted[320] = "";
+    char parted[320] = "", others[OTHERS_TEXT] = "";
 
     if (tally->parted) {
         (void)snprintf(parted, sizeof parted,
@@ -259,12 +329,17 @@ static void add_degrees(const struct degree_tally *tally, json_t *document)
         (void)json_object_set_new(figures, "labels",
                                   json_pack("[s, s]", tally->first.label, tally->other.label));
     }
-    warning_add(warnings_of(document), "mixed-degrees", figures,
-                "What is compared was made at degrees from %lld to %lld: finer detail of some "
-                "counts as a difference in shape.%s Encode all meshes with one lmax (a mesh among "
-                "the inputs is encoded at %d), or take lmax %lld where the process has it.",
-                (long long)tally->all.lowest, (long long)tally->all.highest, parted,
-                PROCESS_DEGREE_DEFAULT, (long long)tally->all.lowest);
+    if (!tally->as_members &&
+        json_array_size(json_object_get(json_object_get(inputs, "cohort"), "parts")) == 0) {
+        name_others(run, tally, inputs, figures, others);
+    }
+    warning_add(
+        warnings_of(document), "mixed-degrees", figures,
+        "What is compared was made at degrees from %lld to %lld: finer detail of some "
+        "counts as a difference in shape.%s%s Encode all meshes with one lmax (a mesh among "
+        "the inputs is encoded at %d), or take lmax %lld where the process has it.",
+        (long long)tally->all.lowest, (long long)tally->all.highest, others, parted,
+        PROCESS_DEGREE_DEFAULT, (long long)tally->all.lowest);
 }
 
 /* The degree of a classifier, which cuts off what is finer; 0: it is none. */
@@ -304,7 +379,7 @@ void degrees_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
     inputs_each(inputs, true, tally_degree, &tally);
     find_parted(&tally);
     if (tally.all.n > 1 && tally.all.lowest < tally.all.highest) {
-        add_degrees(&tally, document);
+        add_degrees(run, &tally, inputs, document);
     }
     srnf_free(tally.labels);
 }

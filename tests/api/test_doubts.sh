@@ -85,9 +85,13 @@ is "$STATUS" 200 'go with its members'
 # ---- Degrees -----------------------------------------------------------------------------------------
 
 HIGH=("$(encode "${MESH[0]}" 9)" "$(encode "${MESH[1]}" 9)")
+request PATCH "/v1/surfaces/${HIGH[0]}" --header 'Content-Type: application/json' --data-binary '{"name":"finer"}'
 run distances "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${HIGH[0]}\"],\"register\":false}"
 is "$STATUS $(count mixed-degrees)" '200 1' 'surfaces of two degrees are warned of'
-is "$(warned mixed-degrees | command jq -c '.[0].figures')" '{"lowest":6,"highest":9}' 'with the figures'
+is "$(warned mixed-degrees | command jq -c '.[0].figures')" '{"lowest":6,"highest":9,"usual":6,"others":1,"members":[2]}' \
+    'with the figures'
+like "$(warned mixed-degrees | jq -r '.[0].detail')" ' 1 of 3 members is not at 6, which most are: member 2 [(]finer[)] at 9[.]' \
+    'and who is of the rarer degree'
 run distances "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\"],\"register\":false}"
 is "$STATUS $(count mixed-degrees)" '200 0' 'those of one are not'
 run mean "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${HIGH[0]}\"],\"register\":false}"
@@ -100,7 +104,7 @@ post_json /v1/cohorts "{\"name\":\"degrees\",\"members\":[{\"id\":\"${UNIT[2]}\"
     {\"id\":\"${HIGH[0]}\",\"label\":\"pat\"},{\"id\":\"${UNIT[3]}\",\"label\":\"ctl\"},
     {\"id\":\"${HIGH[1]}\",\"label\":\"pat\"},{\"id\":\"${UNIT[0]}\",\"label\":\"ctl\"}]}"
 run compare-groups '{"cohort":"degrees","register":false,"permutations":9}'
-is "$STATUS $(warned mixed-degrees | command jq -c '.[0].figures')" '200 {"lowest":6,"highest":9,"labels":["ctl","pat"]}' \
+is "$STATUS $(warned mixed-degrees | command jq -c '.[0].figures')" '200 {"lowest":6,"highest":9,"labels":["ctl","pat"],"usual":6,"others":2,"members":[1,3]}' \
     'and where the degree goes with the label, that is said'
 like "$(warned mixed-degrees | jq -r '.[0].detail')" 'goes with the label: up to 6 for ctl, from 9 for pat' 'in words too'
 
