@@ -6,6 +6,7 @@
 #define SRNFD_PROCESSES_CLASSIFY_H
 
 #include "toolkit/group.h"
+#include "toolkit/typicality.h"
 
 #define CLASSIFY_METHODS 7
 
@@ -18,6 +19,8 @@ struct classify_methods {
    0 for auto; a method by its name, without costs, or NULL. */
 extern const struct input_own classify_method_own, classify_components_own;
 const struct srnf_method *classify_method_find(const char *name);
+/* A method as warnings name it. */
+struct typicality_method classify_method_named(const struct srnf_method *method);
 
 /* The inputs as they are typed. */
 struct classify {

@@ -20,6 +20,13 @@ static const struct srnf_method methods[CLASSIFY_METHODS] = {
     "[\"srnf-gauss\",\"srnf-nn\",\"srm-gauss\",\"srm-nn\",\"harmonic-nn\",\"icp-nn\"," \
     "\"spharm-pdm\"]"
 
+struct typicality_method classify_method_named(const struct srnf_method *method)
+{
+    return (struct typicality_method){.name = method->name,
+                                      .registers = method->metric == SRNF_METRIC_SRNF ||
+                                                   method->metric == SRNF_METRIC_SRM};
+}
+
 const struct srnf_method *classify_method_find(const char *name)
 {
     for (size_t m = 0; name && m < CLASSIFY_METHODS; m++) {

@@ -84,17 +84,17 @@ static void warn(struct jobs_run *run, const struct classify_parts *asked,
                  const struct classify_answer *answer, const json_t *subjects, json_t *document)
 {
     const struct group_input *group = &asked->parts.group;
-    const char *names[CLASSIFY_METHODS] = {NULL};
+    struct typicality_method named[CLASSIFY_METHODS];
 
     for (size_t m = 0; m < asked->methods.n; m++) {
-        names[m] = asked->methods.list[m].name;
+        named[m] = classify_method_named(&asked->methods.list[m]);
     }
     permutation_warn(warnings_of(document), &answer->results[0].test,
                      "No p-value of this result can be");
     classify_warn_methods(warnings_of(document), &asked->methods, answer);
     group_warn_duplicates(run, document, group->surfaces, group->cohort,
                           (const char(*)[STORE_ID_MAX])answer->group.contents);
-    typicality_warn_members(warnings_of(document), asked->methods.n, answer->typicality, names,
+    typicality_warn_members(warnings_of(document), asked->methods.n, answer->typicality, named,
                             subjects);
 }
 

@@ -164,11 +164,11 @@ static void warn(struct jobs_run *run, const struct classify *classify,
                  const struct classify_answer *answer, json_t *document)
 {
     const struct group_input *group = &classify->group;
-    const char *names[CLASSIFY_METHODS] = {NULL};
+    struct typicality_method named[CLASSIFY_METHODS];
     json_t *called = group_subjects(run, group->surfaces, NULL);
 
     for (size_t m = 0; m < classify->methods.n; m++) {
-        names[m] = classify->methods.list[m].name;
+        named[m] = classify_method_named(&classify->methods.list[m]);
     }
     permutation_warn(warnings_of(document), &answer->results[0].test,
                      "No p-value of this result can be");
@@ -176,7 +176,7 @@ static void warn(struct jobs_run *run, const struct classify *classify,
     group_warn_duplicates(run, document, group->surfaces, group->cohort,
                           (const char(*)[STORE_ID_MAX])answer->group.contents);
     warnings_put(document, handedness_of_names(run, group->surfaces, group->cohort));
-    typicality_warn_members(warnings_of(document), classify->methods.n, answer->typicality, names,
+    typicality_warn_members(warnings_of(document), classify->methods.n, answer->typicality, named,
                             called);
     json_decref(called);
 }

@@ -334,38 +334,65 @@ static void list_far(const struct srnf_folds_typicality *typicality, size_t memb
     }
 }
 
+/* Where only methods that do not register find a member far. */
+static void warn_unregistered(json_t *warnings, json_t *figures, const char *who, const char *by,
+                              bool asked)
+{
+    warning_add(warnings, "far-from-group", figures,
+                "%s is unlike all other members, of whatever class, %s. %s: it may lie or be "
+                "parameterized otherwise than they do, and be of the same shape.",
+                who, by,
+                asked ? "Only methods that do not register find it so"
+                      : "No method that registers was asked");
+}
+
 void typicality_warn_members(json_t *warnings, size_t n_methods,
                              const struct srnf_folds_typicality *typicality,
-                             const char *const *methods, const json_t *names)
+                             const struct typicality_method *methods, const json_t *names)
 {
     size_t n = n_methods ? typicality[0].n : 0;
+    bool asked = false; /* one that registers */
 
+    for (size_t m = 0; m < n_methods; m++) {
+        asked = asked || (methods[m].registers && typicality[m].traits > 0);
+    }
     for (size_t i = 0; i < n; i++) {
-        json_t *by_method = json_object();
-        char first[256] = "";
-        char name[128];
+        json_t *by_method = json_object(), *figures;
+        char first[300] = "", also[200] = "", by[520], name[GROUP_WHO];
+        bool registered = false;
 
         for (size_t m = 0; m < n_methods; m++) {
             char text[256];
-            json_t *figures = json_object();
+            json_t *own = json_object();
 
-            list_far(&typicality[m], i, text, sizeof text, figures);
+            list_far(&typicality[m], i, text, sizeof text, own);
             if (*text) {
-                (void)json_object_set(by_method, methods[m], figures);
+                (void)json_object_set(by_method, methods[m].name, own);
+                registered = registered || methods[m].registers;
+                if (!*first) {
+                    (void)snprintf(first, sizeof first, "by %.20s: %.230s", methods[m].name, text);
+                } else {
+                    size_t length = strlen(also);
+
+                    (void)snprintf(also + length, sizeof also - length, "%s%.20s",
+                                   length ? ", " : "; so by ", methods[m].name);
+                }
             }
-            if (*text && !*first) {
-                (void)snprintf(first, sizeof first, "%.230s", text);
-            }
-            json_decref(figures);
+            json_decref(own);
         }
-        if (json_object_size(by_method)) {
-            (void)snprintf(name, sizeof name, "Member %zu (%.80s)", i,
-                           json_string_value(json_array_get(names, i)));
-            warning_add(warnings, "far-from-group",
-                        json_pack("{s:I, s:O}", "member", (json_int_t)i, "methods", by_method),
-                        "%s is unlike all other members, of whatever class: %s. What class it is "
+        (void)snprintf(name, sizeof name, "Member %zu (%.80s)", i,
+                       json_string_value(json_array_get(names, i)));
+        (void)snprintf(by, sizeof by, "%s%s", first, also);
+        figures = json_pack("{s:I, s:O}", "member", (json_int_t)i, "methods", by_method);
+        if (!*first) {
+            json_decref(figures);
+        } else if (!registered) {
+            warn_unregistered(warnings, figures, name, by, asked);
+        } else {
+            warning_add(warnings, "far-from-group", figures,
+                        "%s is unlike all other members, of whatever class, %s. What class it is "
                         "put into says nothing; see whether it belongs to the cohort.",
-                        name, first);
+                        name, by);
         }
         json_decref(by_method);
     }

@@ -46,10 +46,16 @@ double *typicality_weights(size_t n, const size_t *subjects);
 
 /* The verdicts on one member of a comparison (new reference). */
 json_t *typicality_member(const struct srnf_folds_typicality *typicality, size_t member);
+/* A method of classification, as warnings name it. */
+struct typicality_method {
+    const char *name;
+    bool registers; /* otherwise pose and parameterization count too */
+};
+
 /* Appends a warning for each member that is far from all classes by one method or more.
-   typicality: [n_methods]; names: of the members. */
+   typicality, methods: [n_methods]; names: of the members. */
 void typicality_warn_members(json_t *warnings, size_t n_methods,
                              const struct srnf_folds_typicality *typicality,
-                             const char *const *methods, const json_t *names);
+                             const struct typicality_method *methods, const json_t *names);
 
 #endif

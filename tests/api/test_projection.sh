@@ -236,8 +236,16 @@ run classify "{\"cohort\":\"mixed\",\"method\":\"harmonic-nn\",\"lmax\":$LMAX}"
 note "$(json '.methods[].perSubject[-1].typicality | tojson')"
 is "$STATUS $(json '[.warnings[] | select(.code == "far-from-group") | .figures.member] | tojson')" '200 [20]' \
     'a member is unlike the others, whatever its class'
+like "$(json '.warnings[] | select(.code == "far-from-group").detail')" \
+    '^Member 20 .*, by harmonic-nn: nearest [0-9.]+ [(]limit [0-9.]+[)][.] No method that registers was asked: it may lie' \
+    'by the method that finds it so, which does not register'
 is "$(json '.methods["harmonic-nn"].perSubject[20].typicality.nearest | [.percentile, .value > .limit,
     .percentileInterval[1], .percentileInterval[0] > 80] | tojson')" '[100,true,100,true]' \
     'by its distance from the nearest'
+run classify '{"cohort":"mixed","method":["srnf-nn","harmonic-nn"],"lmax":4,"commonPose":true}'
+note "$(json '.warnings[] | select(.code == "far-from-group").detail')"
+like "$STATUS $(json '.warnings[] | select(.code == "far-from-group").detail')" \
+    '^200 Member 20 .*, by srnf-nn: (nearest|distance) .*; so by harmonic-nn[.] What class .* see whether it belongs to the cohort' \
+    'and by all that do, of which one registers'
 stop_server || not_ok 'the server ends well'
 done_testing
