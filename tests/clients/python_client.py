@@ -149,6 +149,13 @@ class Records(unittest.TestCase):
         job = CLIENT.submit("distances", surfaces=shapes, register=False).wait()
         self.assertEqual(np.abs(job.matrix() - matrix).max(), 0)
         self.assertEqual(job.matrix(condensed=True).tolist(), matrix[np.triu_indices(len(matrix), 1)].tolist())
+        with tempfile.TemporaryDirectory() as folder:
+            self.assertEqual(np.load(job.save(pathlib.Path(folder, "d.npy"))).shape, (4, 4))
+            half = np.load(job.save(pathlib.Path(folder, "c.npy"), condensed=True))
+            self.assertEqual(half.tolist(), job.matrix(condensed=True).tolist())
+            with self.assertRaises(srnf.Problem) as refused:
+                job.save(pathlib.Path(folder, "c.json"), condensed=True)
+            self.assertIn("only symmetric matrices as .npy", str(refused.exception))
         with self.assertRaises(srnf.Problem) as caught:
             CLIENT.cohort("tables", rows[:2])
         self.assertEqual(caught.exception.code, "cohort-exists")

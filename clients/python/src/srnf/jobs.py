@@ -84,10 +84,14 @@ class Job(Record):
         diagonal, row by row, as scipy takes them."""
         return self._array(f"{self.path}/results", **({"condensed": "true"} if condensed else {}))
 
-    def save(self, to: Union[str, Path], format: Optional[str] = None) -> Path:
-        """Writes the results into a file: JSON, or a matrix as CSV or .npy by the name of the file."""
+    def save(self, to: Union[str, Path], format: Optional[str] = None, condensed: bool = False) -> Path:
+        """Writes the results into a file: JSON, or a matrix as CSV or .npy by the name of the file.
+
+        condensed: of the matrix, as .npy, the entries above its diagonal alone, row by row, as ``matrix`` gives them.
+        """
         kind = format or Path(to).suffix.lstrip(".").lower()
-        return self._save(to, f"{self.path}/results", format=kind if kind in ("csv", "npy") else None)
+        query = {"condensed": "true"} if condensed else {}
+        return self._save(to, f"{self.path}/results", format=kind if kind in ("csv", "npy") else None, **query)
 
     def cancel(self) -> "Job":
         """Asks the server to stop it; a job that has ended stays as it is."""
