@@ -26,6 +26,7 @@
 #include "text.h"
 
 #define BLOCK ((size_t)64 << 10)
+#define ZIP_END ((size_t)22)     /* bytes of the record at the end of a zip, without its comment */
 #define ENTRY_COST ((size_t)400) /* bytes that libarchive keeps of an entry of a zip's directory */
 
 struct archive_reader {
@@ -156,6 +157,23 @@ static bool enable(struct archive_reader *reader, const unsigned char *bytes, si
     return status == ARCHIVE_OK;
 }
 
+/* Of a zip that libarchive does not open: its directory stands at its end, where a record of its
+   own, with room for a comment, begins with PK 5 6 and says how many entries there are. */
+static const char *zip_problem(const unsigned char *bytes, size_t size)
+{
+    size_t end = size > ZIP_END ? size - ZIP_END : 0, far = end > 0xffff ? end - 0xffff : 0;
+
+    for (size_t at = end + 1; at > far && size >= ZIP_END; at--) {
+        if (begins(bytes, size, at - 1, "PK\5\6", 4)) {
+            return bytes[at + 9] == 0 && bytes[at + 10] == 0
+                       ? "the zip is empty"
+                       : "it is no zip, tar or tar.gz that can be read";
+        }
+    }
+    return "the zip ends early: the directory at its end is not there, as of an upload or download "
+           "that was cut off";
+}
+
 struct archive_reader *archive_open(const void *bytes, size_t size,
                                     const struct archive_limits *limits,
                                     enum archive_status *status, struct archive_file *file)
@@ -181,7 +199,9 @@ struct archive_reader *archive_open(const void *bytes, size_t size,
         }
     }
     if (archive_read_open_memory(reader->archive, bytes, size) != ARCHIVE_OK) {
-        *status = fail(file, ARCHIVE_WRONG, "it is no zip, tar or tar.gz that can be read");
+        *status = fail(file, ARCHIVE_WRONG,
+                       reader->is_zip ? zip_problem(bytes, size)
+                                      : "it is no zip, tar or tar.gz that can be read");
         goto failed;
     }
     *status = ARCHIVE_FILE;

@@ -399,6 +399,10 @@ for kind in volumes solids; do
 done
 head -c 300 "$SCRATCH/two.zip" >"$SCRATCH/cut.zip"
 whole "$SCRATCH/cut.zip" 422 unparsable-archive 'a zip that is cut off is refused'
+like "$(json .detail)" 'the zip ends early' 'which the problem says'
+printf 'PK\5\6\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0' >"$SCRATCH/none.zip"
+whole "$SCRATCH/none.zip" 422 unparsable-archive 'an empty zip is refused'
+like "$(json .detail)" 'the zip is empty' 'as what it is'
 head -c 250 "$SCRATCH/two.tar.gz" >"$SCRATCH/cut.tar.gz"
 whole "$SCRATCH/cut.tar.gz" 422 unparsable-archive 'so is a tar.gz'
 # A million entries without content, as local heads and a directory: in python, which writes them in seconds.
