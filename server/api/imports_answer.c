@@ -25,14 +25,15 @@ void import_respond_refused(struct import *import)
     const char *detail = json_string_value(json_object_get(first, "detail"));
     bool one = import->n_refused == 1;
     size_t length = detail ? strlen(detail) : 0;
+    bool asks = length > 0 && length < 250 && detail[length - 1] == '?';
     char text[600];
 
     length -= length > 0 && detail[length - 1] == '.'; /* the detail of a problem is a sentence */
     (void)snprintf(text, sizeof text,
-                   "%zu of what came %s refused, and nothing was kept. The first, %.150s: %.*s. "
+                   "%zu of what came %s refused, and nothing was kept. The first, %.150s: %.*s%s "
                    "%s %s%s.",
                    import->n_refused, one ? "was" : "were", file ? file : "",
-                   length < 250 ? (int)length : 250, detail ? detail : "",
+                   length < 250 ? (int)length : 250, detail ? detail : "", asks ? "" : ".",
                    import->manifest ? "Export" : "Correct",
                    import->manifest ? "the study again"
                    : one            ? "it"

@@ -274,6 +274,7 @@ for name in scans/good GOOD.stl 'C:\\\\scans\\\\good.off'; do
     table "file,label\\n$name,a\\nevil.off,b\\n"
     import '?cohort=wrong' "$SCRATCH/table.zip"
     like "$(json '.refused[] | select(.code == "no-such-file") | .detail')" 'did you mean good.off[?]$' "for $name the file is offered"
+    like "$(json .detail)" 'did you mean good.off[?] Correct' 'also where the first refusal is quoted'
 done
 table 'file,label\ngood.off,a\nabsent.off,b\n'
 DETAIL=$(import '?cohort=wrong' "$SCRATCH/table.zip"; json .detail)

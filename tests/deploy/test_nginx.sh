@@ -36,6 +36,12 @@ is "$STATUS" 201 'a mesh goes through'
 mesh=$(json .id)
 execute encode "{\"mesh\":\"$mesh\",\"lmax\":8}" "${THROUGH[@]}"
 is "$STATUS" 200 'an execution is waited for'
+WAITED=$(sed -n '/location \/ {/,/}/ s/.*proxy_read_timeout \([0-9]*\)s;.*/\1/p' deploy/nginx.conf)
+compare "${WAITED:-0}" '>' 300 'and longer than Prefer: wait may ask for'
+STREAMS=$(sed -n 's/.*location ~ \(.*\) {/\1/p' deploy/nginx.conf)
+for path in "/v1/jobs/job-1/events" /v1/events; do
+    like "$path" "$STREAMS" "$path is passed on as a stream"
+done
 head -c 3000000 /dev/zero >"$SCRATCH/large"
 post '/v1/meshes?format=ply' "${THROUGH[@]}" --data-binary "@$SCRATCH/large"
 is_problem 422 unparsable-mesh 'a large body goes through, and its refusal comes back'
