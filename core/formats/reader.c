@@ -95,6 +95,14 @@ static size_t next_capacity(size_t capacity, size_t limit)
     return next < limit ? next : limit;
 }
 
+/* The first promise is taken at its word; further parts of a file must not each copy all before. */
+static size_t promised_capacity(size_t capacity, size_t promised, size_t limit)
+{
+    size_t more = capacity > 0 ? next_capacity(capacity, limit) : promised;
+
+    return more > promised ? more : promised;
+}
+
 static int set_vertex_capacity(struct mesh_reader *reader, size_t capacity)
 {
     double *grown = regrow(reader, reader->mesh.vertices, reader->mesh.n_vertices,
@@ -141,16 +149,12 @@ int mesh_expect(struct mesh_reader *reader, size_t n_vertices, size_t n_faces)
     }
     reader->vertex_total = n_vertices;
     if (n_vertices > reader->vertex_capacity) {
-        status = set_vertex_capacity(reader, n_vertices);
+        status = set_vertex_capacity(
+            reader, promised_capacity(reader->vertex_capacity, n_vertices, vertex_limit(reader)));
     }
     if (status == SRNF_OK && n_faces > reader->face_capacity) {
-        /* The first promise is taken at its word; more sections of faces must not each copy all
-           before. */
-        size_t more = reader->face_capacity > 0
-                          ? next_capacity(reader->face_capacity, reader->limits.max_faces)
-                          : n_faces;
-
-        status = set_face_capacity(reader, more > n_faces ? more : n_faces);
+        status = set_face_capacity(
+            reader, promised_capacity(reader->face_capacity, n_faces, reader->limits.max_faces));
     }
     return status;
 }

@@ -22,6 +22,7 @@
 static size_t allocations;        /* since the last reset */
 static size_t fail_at = SIZE_MAX; /* index of the one that fails */
 static size_t live_blocks, live_bytes, peak_bytes;
+static size_t asked_bytes; /* by all allocations since the last reset */
 
 void *srnf_alloc(size_t count, size_t size)
 {
@@ -38,6 +39,7 @@ void *srnf_alloc(size_t count, size_t size)
     memcpy(block, &bytes, sizeof bytes);
     live_blocks++;
     live_bytes += bytes;
+    asked_bytes += bytes;
     peak_bytes = live_bytes > peak_bytes ? live_bytes : peak_bytes;
     return block + HEADER;
 }
@@ -57,6 +59,7 @@ void srnf_free(void *pointer)
 static void reset(size_t index)
 {
     allocations = 0;
+    asked_bytes = 0;
     fail_at = index;
 }
 
@@ -195,13 +198,71 @@ static void test_ceiling(void **state)
     srnf_mesh_clear(&sample);
 }
 
+/* ---- Files of many small parts --------------------------------------------------------------- */
+
+/* A mesh that as many nodes show. */
+static void put_nodes(size_t parts, struct srnf_buffer *out)
+{
+    file_print(out,
+               "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":36,\"uri\":"
+               "\"data:;base64,%048d\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],"
+               "\"accessors\":[{\"bufferView\":0,\"componentType\":5121,\"count\":12,"
+               "\"type\":\"VEC3\"}],\"meshes\":[{\"primitives\":[{\"attributes\":{"
+               "\"POSITION\":0}}]}],\"nodes\":[{\"mesh\":0}",
+               0);
+    for (size_t i = 1; i < parts; i++) {
+        file_print(out, ",{\"mesh\":0}");
+    }
+    file_print(out, "],\"scenes\":[{\"nodes\":[0");
+    for (size_t i = 1; i < parts; i++) {
+        file_print(out, ",%zu", i);
+    }
+    file_print(out, "]}]}");
+}
+
+static void put_objects(size_t parts, struct srnf_buffer *out)
+{
+    struct srnf_mesh sample = mesh_file_sample();
+
+    for (size_t i = 0; i < parts; i++) {
+        make_mniobj_ascii(&sample, out);
+    }
+    srnf_mesh_clear(&sample);
+}
+
+/* Bytes that reading the file asks for, one allocation after the other. */
+static size_t bytes_to_read(void (*put)(size_t parts, struct srnf_buffer *out), size_t parts,
+                            enum srnf_mesh_format format)
+{
+    struct srnf_buffer file = {0};
+    struct srnf_mesh mesh;
+
+    put(parts, &file);
+    reset(SIZE_MAX);
+    assert_int_equal(srnf_mesh_read(file.data, file.size, format, NULL, &mesh, NULL, NULL),
+                     SRNF_OK);
+    assert_int_equal(mesh.n_faces, 4 * parts);
+    srnf_mesh_clear(&mesh);
+    srnf_buffer_clear(&file);
+    return asked_bytes;
+}
+
+/* Four times the parts need four times the memory to be moved in, give or take a growth by half. */
+static void test_parts(void **state)
+{
+    (void)state;
+    assert_true(bytes_to_read(put_nodes, 4000, SRNF_MESH_GLTF) <
+                8 * bytes_to_read(put_nodes, 1000, SRNF_MESH_GLTF));
+    assert_true(bytes_to_read(put_objects, 4000, SRNF_MESH_MNI_OBJ) <
+                8 * bytes_to_read(put_objects, 1000, SRNF_MESH_MNI_OBJ));
+}
+
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_reading),
-        cmocka_unit_test(test_polygons),
-        cmocka_unit_test(test_writing),
-        cmocka_unit_test(test_ceiling),
+        cmocka_unit_test(test_reading), cmocka_unit_test(test_polygons),
+        cmocka_unit_test(test_writing), cmocka_unit_test(test_ceiling),
+        cmocka_unit_test(test_parts),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
