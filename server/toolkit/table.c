@@ -210,8 +210,8 @@ static json_t *number_schema(const struct process_input *input)
         (void)json_object_set_new(schema, "exclusiveMinimum", limit(input->lowest - 1.0, whole));
     } else {
         (void)json_object_set_new(schema, "minimum", limit(input->lowest, whole));
-        (void)json_object_set_new(schema, "maximum", limit(input->highest, whole));
     }
+    (void)json_object_set_new(schema, "maximum", limit(input->highest, whole));
     if (input->nullable) {
         (void)json_object_set_new(schema, "default", json_null());
     } else if (!input->derived) {

@@ -45,6 +45,10 @@ is "$STATUS $(json .code)" '422 invalid-input' 'k is at least one'
 execute neighbours '{"cohort":"nuclei","k":4}'
 is "$STATUS $(json '.errors | map("\(.pointer) \(.detail)") | tojson')" '422 ["/inputs/k is 4; each member has 3 others"]' \
     'and no more than there are others'
+get /v1/processes/neighbours
+is "$(json '.inputs.k.schema.maximum')" 100 'nor more than its schema has'
+execute neighbours '{"cohort":"nuclei","k":101}'
+is "$STATUS $(json '.errors[0].detail')" '422 is 101; it must be from 1 to 100' 'which is what a larger one is told'
 execute neighbours '{"cohort":"nuclei","k":3}' --header 'Prefer: wait=120'
 is "$STATUS $(json '.indices[0] | length')" '200 3' 'all of them may be asked for'
 for limit in 'distances 1000' 'neighbours 4000'; do

@@ -158,6 +158,20 @@ static void check_limits(struct fixture *fixture, const char *process, const cha
     expect(fixture, process, name, json_true(), false);
 }
 
+/* How many are accepted follows from other inputs; more than the maximum never are. */
+static void check_open_limits(struct fixture *fixture, const char *process, const char *name,
+                              const json_t *schema)
+{
+    json_int_t low = json_integer_value(json_object_get(schema, "exclusiveMinimum"));
+
+    if (!json_is_integer(json_object_get(schema, "maximum"))) {
+        fail_msg("%s: %s has no maximum", process, name);
+    }
+    expect(fixture, process, name, json_integer(low), false);
+    expect(fixture, process, name,
+           json_integer(json_integer_value(json_object_get(schema, "maximum")) + 1), false);
+}
+
 /* Each word is accepted, or asks for another input; others are refused. */
 static void check_words(struct fixture *fixture, const char *process, const char *name,
                         const json_t *words)
@@ -226,6 +240,8 @@ static void check_input(struct fixture *fixture, const char *process, const char
     }
     if (json_object_get(schema, "minimum")) {
         check_limits(fixture, process, name, schema);
+    } else if (json_object_get(schema, "exclusiveMinimum")) {
+        check_open_limits(fixture, process, name, schema);
     }
     check_null(fixture, process, name, schema);
     if (json_object_get(schema, "enum")) {

@@ -317,7 +317,8 @@ static void test_schemas(void **state)
                   "{\"type\":[\"string\",\"null\"],\"pattern\":\"^mesh-[0-9a-f]{32}$\","
                   "\"default\":null,\"description\":\"A mesh, or none.\"}");
     expect_schema(properties, "cups",
-                  "{\"type\":\"integer\",\"exclusiveMinimum\":0,\"description\":\"Cups.\"}");
+                  "{\"type\":\"integer\",\"exclusiveMinimum\":0,\"maximum\":10,"
+                  "\"description\":\"Cups.\"}");
     expect_schema(properties, "cubes",
                   "{\"type\":[\"integer\",\"null\"],\"minimum\":1,\"maximum\":4,\"default\":null,"
                   "\"description\":\"Cubes.\"}");
