@@ -104,6 +104,13 @@ static void answer_with_results(struct api_call *call, const struct execution_wa
     set_execution_headers(call, wait, job->id);
 }
 
+/* The job was there, and another request has deleted it since: as with one that was cancelled. */
+static void answer_deleted(struct api_call *call, const char *job_id)
+{
+    (void)problem_respond(call, "job-dismissed", "%s was deleted while this request waited for it.",
+                          job_id);
+}
+
 /* Seconds to wait for the job before 201 is the answer. */
 static double seconds_to_wait(const struct api *api, const struct prefer *prefer)
 {
@@ -160,8 +167,10 @@ void executions_resume(struct api *api, const struct api_request *request,
     }
     response->wait.state = NULL;
     response->wait.job_id[0] = '\0';
-    if (status != 0) {
-        (void)problem_respond_store(&call, status, "no-such-job", id);
+    if (status == STORE_NOT_FOUND) {
+        answer_deleted(&call, id);
+    } else if (status != 0) {
+        (void)problem_respond_store(&call, status, NULL, "waiting for the job");
     } else if (job_ended(&job)) {
         answer_with_results(&call, wait, &job);
     } else {

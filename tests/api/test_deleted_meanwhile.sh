@@ -62,6 +62,36 @@ done
 grep -q 404 "$SCRATCH/all" || note 'no export came late'
 is "$(grep -cv '^200$\|^404$' "$SCRATCH/all")" 0 'exports of a model that is deleted meanwhile are whole, or there is none'
 
+# Many wait for a job that waits itself, behind long ones; others dismiss it and remove it at once.
+post /v1/meshes --data-binary "@$AAL/L_thalamus.ply"
+execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":6}"
+SLOW="{\"srnf\":{\"surface\":\"$(json .surface.id)\"},\"initial\":\"sphere\",\"method\":\"gradient\",\"tolerance\":1e-30"
+LONG=()
+for n in 100000 99999; do
+    execute invert "$SLOW,\"maxIterations\":$n}" --header 'Prefer: respond-async'
+    LONG+=("$(json .id)")
+done
+for n in 1 2 3; do
+    inputs="$SLOW,\"maxIterations\":$((99990 - n))}"
+    execute invert "$inputs" --header 'Prefer: respond-async'
+    JOB=$(json .id)
+    waiters=()
+    for k in $(seq 20); do
+        curl -s -o "$SCRATCH/waited.$n.$k" "$URL/v1/processes/invert/execution" --header 'Prefer: wait=60' \
+            --header 'Content-Type: application/json' --data "{\"inputs\":$inputs}" &
+        waiters+=($!)
+    done
+    sleep 0.7
+    curl -s -o /dev/null --parallel --parallel-immediate -X DELETE "$URL/v1/jobs/$JOB#[1-40]" 2>/dev/null
+    wait "${waiters[@]}"
+done
+is "$(jq -r '"\(.status) \(.code)"' "$SCRATCH"/waited.* | sort -u)" '410 job-dismissed' \
+    'who waits for a job that is dismissed, and removed at once, is told so'
+check 'also in words' grep -q 'was deleted while this request waited for it' "$SCRATCH"/waited.*
+for job in "${LONG[@]}"; do
+    request DELETE "/v1/jobs/$job"
+done
+
 stop_server
 is $? 0 'the daemon ends well'
 done_testing

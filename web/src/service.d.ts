@@ -4771,6 +4771,14 @@ export interface operations {
             204: components["responses"]["References"];
             401: components["responses"]["Unauthorized"];
             403: components["responses"]["Forbidden"];
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             429: components["responses"]["TooManyRequests"];
             "4XX": components["responses"]["Problem"];
             "5XX": components["responses"]["Problem"];
