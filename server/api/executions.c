@@ -107,7 +107,8 @@ static void answer_with_results(struct api_call *call, const struct execution_wa
 /* The job was there, and another request has deleted it since: as with one that was cancelled. */
 static void answer_deleted(struct api_call *call, const char *job_id)
 {
-    (void)problem_respond(call, "job-dismissed", "%s was deleted while this request waited for it.",
+    (void)problem_respond(call, "job-dismissed",
+                          "%s was deleted by another request before this one was answered.",
                           job_id);
 }
 
@@ -441,6 +442,10 @@ void executions_create(struct api_call *call)
     status = label_job(call, &labels, &job);
     if (status == 0) {
         status = frame_job(call, &wait->framing, &job, wait->how);
+    }
+    if (status == STORE_NOT_FOUND) {
+        answer_deleted(call, job.id);
+        goto out;
     }
     if (status != 0) {
         refuse_submission(call, status);

@@ -64,7 +64,8 @@ is "$(grep -cv '^200$\|^404$' "$SCRATCH/all")" 0 'exports of a model that is del
 
 # Many wait for a job that waits itself, behind long ones; others dismiss it and remove it at once.
 post /v1/meshes --data-binary "@$AAL/L_thalamus.ply"
-execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":6}"
+MESH=$(json .id)
+execute encode "{\"mesh\":\"$MESH\",\"lmax\":6}"
 SLOW="{\"srnf\":{\"surface\":\"$(json .surface.id)\"},\"initial\":\"sphere\",\"method\":\"gradient\",\"tolerance\":1e-30"
 LONG=()
 for n in 100000 99999; do
@@ -87,10 +88,24 @@ for n in 1 2 3; do
 done
 is "$(jq -r '"\(.status) \(.code)"' "$SCRATCH"/waited.* | sort -u)" '410 job-dismissed' \
     'who waits for a job that is dismissed, and removed at once, is told so'
-check 'also in words' grep -q 'was deleted while this request waited for it' "$SCRATCH"/waited.*
+check 'also in words' grep -q 'was deleted by another request before this one was answered' "$SCRATCH"/waited.*
 for job in "${LONG[@]}"; do
     request DELETE "/v1/jobs/$job"
 done
+
+# Many ask for the results of a job, under a name, while it is deleted.
+end=$((SECONDS + SECONDS_LONG))
+while [ $SECONDS -lt $end ]; do
+    execute encode "{\"mesh\":\"$MESH\",\"lmax\":4}" --header 'Prefer: respond-async'
+    curl -s --parallel --parallel-immediate -o /dev/null -w '%{http_code}\n' --header 'Prefer: respond-async' \
+        --header 'Content-Type: application/json' --data "{\"name\":\"n\",\"inputs\":{\"mesh\":\"$MESH\",\"lmax\":4}}" \
+        "$URL/v1/processes/encode/execution#[1-30]" 2>/dev/null >>"$SCRATCH/named" &
+    asked=$!
+    curl -s -o /dev/null --parallel --parallel-immediate -X DELETE "$URL/v1/jobs/$(json .id)#[1-20]" 2>/dev/null
+    wait "$asked"
+done
+grep -q 410 "$SCRATCH/named" || note 'no name came late'
+is "$(grep -cv '^201$\|^410$' "$SCRATCH/named")" 0 'what is named while it is deleted is there, or is gone'
 
 stop_server
 is $? 0 'the daemon ends well'
