@@ -9,6 +9,8 @@
 
 #include <string.h>
 
+#define MEMBERS_MAX 64 /* of an accessor or a view */
+
 static const char *const table_names[GLTF_TABLES] = {
     [GLTF_NODES] = "nodes",       [GLTF_MESHES] = "meshes",   [GLTF_ACCESSORS] = "accessors",
     [GLTF_VIEWS] = "bufferViews", [GLTF_BUFFERS] = "buffers", [GLTF_SCENES] = "scenes",
@@ -17,6 +19,22 @@ static const char *const table_names[GLTF_TABLES] = {
 static int fail(struct gltf *gltf, size_t number, const char *what)
 {
     return srnf_fail(gltf->reader->error, SRNF_EPARSE, (int64_t)number, "glTF %s", what);
+}
+
+/* What is named by many must not take long to look into: glTF knows 12 members of an accessor, and 8
+   of a view. */
+static bool is_crowded(const struct json *json, enum gltf_table table, uint32_t entry)
+{
+    size_t n = 0;
+
+    if ((table != GLTF_ACCESSORS && table != GLTF_VIEWS) ||
+        json->tokens[entry].type != JSON_OBJECT) {
+        return false;
+    }
+    for (uint32_t at = entry + 1; at < json->tokens[entry].after && n <= MEMBERS_MAX; n++) {
+        at = json->tokens[at + 1].after;
+    }
+    return n > MEMBERS_MAX;
 }
 
 static int index_table(struct gltf *gltf, enum gltf_table table)
@@ -34,6 +52,11 @@ static int index_table(struct gltf *gltf, enum gltf_table table)
     }
     gltf->tables[table].n = n;
     for (uint32_t at = json_first(json, array); at != JSON_NONE; at = json_next(json, array, at)) {
+        if (is_crowded(json, table, at)) {
+            return srnf_fail(gltf->reader->error, SRNF_EPARSE, (int64_t)i,
+                             "glTF %s: entry %zu has more than %d members", table_names[table], i,
+                             MEMBERS_MAX);
+        }
         gltf->tables[table].tokens[i++] = at;
     }
     return mesh_ask(gltf->reader);

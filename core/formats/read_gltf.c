@@ -25,8 +25,6 @@
 #define NODE_DEPTH_MAX 256
 #define SNIFF_BYTES ((size_t)65536)
 
-enum { MODE_TRIANGLES = 4, MODE_STRIP = 5, MODE_FAN = 6 };
-
 /* Column-major, as in the file: x' = m[0] x + m[4] y + m[8] z + m[12], ... */
 struct matrix {
     double m[16];
@@ -158,13 +156,14 @@ static int add_positions(struct gltf *gltf, const struct gltf_accessor *position
     return status;
 }
 
-struct primitive {
-    size_t mode, base, n_points;
-    bool indexed, mirrored;
-    struct gltf_accessor indices;
+/* A primitive where a node shows it. */
+struct shown {
+    const struct gltf_primitive *primitive;
+    size_t base; /* its first vertex */
+    bool mirrored;
 };
 
-static int64_t corner_of(const struct primitive *primitive, size_t i)
+static int64_t corner_of(const struct gltf_primitive *primitive, size_t i)
 {
     int64_t index = (int64_t)i;
 
@@ -176,20 +175,21 @@ static int64_t corner_of(const struct primitive *primitive, size_t i)
 }
 
 /* Places of the corners of triangle i among the primitive's corners. */
-static void triangle_of(const struct primitive *primitive, size_t i, size_t corners[3])
+static void triangle_of(const struct shown *shown, size_t i, size_t corners[3])
 {
-    bool odd = primitive->mode == MODE_STRIP && i % 2 == 1;
+    size_t mode = shown->primitive->mode;
+    bool odd = mode == GLTF_MODE_STRIP && i % 2 == 1;
 
-    if (primitive->mode == MODE_TRIANGLES) {
+    if (mode == GLTF_MODE_TRIANGLES) {
         corners[0] = 3 * i;
         corners[1] = 3 * i + 1;
         corners[2] = 3 * i + 2;
     } else {
-        corners[0] = primitive->mode == MODE_FAN ? 0 : i;
+        corners[0] = mode == GLTF_MODE_FAN ? 0 : i;
         corners[1] = odd ? i + 2 : i + 1;
         corners[2] = odd ? i + 1 : i + 2;
     }
-    if (primitive->mirrored) {
+    if (shown->mirrored) {
         size_t swapped = corners[1];
 
         corners[1] = corners[2];
@@ -197,118 +197,62 @@ static void triangle_of(const struct primitive *primitive, size_t i, size_t corn
     }
 }
 
-static int add_triangles(struct gltf *gltf, const struct primitive *primitive, size_t n_corners)
+static int add_triangles(struct gltf *gltf, const struct shown *shown)
 {
     struct mesh_reader *reader = gltf->reader;
-    size_t n = primitive->mode == MODE_TRIANGLES ? n_corners / 3
-                                                 : n_corners - (n_corners < 2 ? n_corners : 2);
+    const struct gltf_primitive *primitive = shown->primitive;
     int status = SRNF_OK;
 
-    if (n > reader->limits.max_faces - reader->mesh.n_faces) {
+    if (primitive->triangles > reader->limits.max_faces - gltf->triangles) {
         return srnf_fail(reader->error, SRNF_ELIMIT, -1, "the faces exceed the limit of %zu faces",
                          reader->limits.max_faces);
     }
-    for (size_t i = 0; i < n && status == SRNF_OK; i++) {
+    gltf->triangles += primitive->triangles;
+    for (size_t i = 0; i < primitive->triangles && status == SRNF_OK; i++) {
         size_t face = reader->mesh.n_faces, corners[3];
         int64_t index[3];
 
-        triangle_of(primitive, i, corners);
+        triangle_of(shown, i, corners);
         for (size_t k = 0; k < 3 && status == SRNF_OK; k++) {
             index[k] = corner_of(primitive, corners[k]);
-            if (index[k] < 0 || (uint64_t)index[k] >= primitive->n_points) {
+            if (index[k] < 0 || (uint64_t)index[k] >= primitive->positions.count) {
                 status = srnf_fail(reader->error, SRNF_EPARSE, (int64_t)face,
                                    "face %zu: index %lld is not below the %zu vertices", face,
-                                   (long long)index[k], primitive->n_points);
+                                   (long long)index[k], primitive->positions.count);
             }
         }
-        if (status == SRNF_OK && primitive->mode == MODE_STRIP &&
+        if (status == SRNF_OK && primitive->mode == GLTF_MODE_STRIP &&
             (index[0] == index[1] || index[1] == index[2] || index[2] == index[0])) {
             continue; /* it only joins parts of the strip */
         }
         for (size_t k = 0; k < 3 && status == SRNF_OK; k++) {
-            status = mesh_add_corner(reader, face, k, (int64_t)primitive->base + index[k]);
+            status = mesh_add_corner(reader, face, k, (int64_t)shown->base + index[k]);
         }
     }
     return status;
 }
 
-/* What changes the shape and is not read. */
-static int check_primitive(struct gltf *gltf, uint32_t primitive)
+static int add_primitive(struct gltf *gltf, const struct gltf_primitive *primitive,
+                         const struct matrix *matrix)
 {
-    const struct json *json = &gltf->json;
-    uint32_t extensions = json_member(json, primitive, "extensions");
-    const char *what = NULL;
-
-    if (json_member(json, extensions, "KHR_draco_mesh_compression") != JSON_NONE) {
-        what = "it is compressed by Draco; export it without compression";
-    } else if (json_length(json, json_member(json, primitive, "targets")) > 0) {
-        what = "it has morph targets; apply the shape and export it without them";
-    }
-    return what ? srnf_fail(gltf->reader->error, SRNF_EFORMAT, -1, "glTF primitive: %s", what)
-                : SRNF_OK;
-}
-
-static int add_primitive(struct gltf *gltf, uint32_t entry, const struct matrix *matrix)
-{
-    const struct json *json = &gltf->json;
     struct mesh_reader *reader = gltf->reader;
-    struct primitive primitive = {.mode = MODE_TRIANGLES, .base = reader->mesh.n_vertices};
-    struct gltf_accessor positions;
-    uint32_t position = json_member(json, json_member(json, entry, "attributes"), "POSITION");
-    uint32_t indices = json_member(json, entry, "indices");
-    size_t number = 0;
-    int status = check_primitive(gltf, entry);
+    const struct shown shown = {
+        .primitive = primitive, .base = reader->mesh.n_vertices, .mirrored = mirrors(matrix)};
+    int status = mesh_expect(reader, shown.base + primitive->positions.count, reader->mesh.n_faces);
 
-    if (status != SRNF_OK) {
-        return status;
-    }
-    if (!json_count(json, json_member(json, entry, "mode"), &primitive.mode) ||
-        !json_count(json, position, &number)) {
-        return srnf_fail(reader->error, SRNF_EPARSE, -1,
-                         "glTF primitive: its mode or its positions are no number");
-    }
-    if (primitive.mode < MODE_TRIANGLES || primitive.mode > MODE_FAN || position == JSON_NONE) {
-        return SRNF_OK; /* points or lines */
-    }
-    status = gltf_accessor_of(gltf, number, "VEC3", &positions);
-    if (status == SRNF_OK && indices != JSON_NONE) {
-        primitive.indexed = true;
-        status = json_count(json, indices, &number)
-                     ? gltf_accessor_of(gltf, number, "SCALAR", &primitive.indices)
-                     : srnf_fail(reader->error, SRNF_EPARSE, -1,
-                                 "glTF primitive: its indices are "
-                                 "no number");
-    }
     if (status == SRNF_OK) {
-        primitive.n_points = positions.count;
-        primitive.mirrored = mirrors(matrix);
-        status = mesh_expect(reader, primitive.base + positions.count, reader->mesh.n_faces);
+        status = add_positions(gltf, &primitive->positions, matrix);
     }
-    if (status == SRNF_OK) {
-        status = add_positions(gltf, &positions, matrix);
-    }
-    return status == SRNF_OK
-               ? add_triangles(gltf, &primitive,
-                               primitive.indexed ? primitive.indices.count : positions.count)
-               : status;
+    return status == SRNF_OK ? add_triangles(gltf, &shown) : status;
 }
 
 static int add_mesh(struct gltf *gltf, size_t number, const struct matrix *matrix)
 {
-    const struct json *json = &gltf->json;
-    uint32_t entry = gltf_entry(gltf, GLTF_MESHES, number);
-    uint32_t primitives = json_member(json, entry, "primitives");
-    int status = entry != JSON_NONE ? SRNF_OK
-                                    : srnf_fail(gltf->reader->error, SRNF_EPARSE, (int64_t)number,
-                                                "glTF: there is no mesh %zu", number);
+    const struct gltf_mesh *mesh = NULL;
+    int status = gltf_mesh_of(gltf, number, &mesh);
 
-    if (status != SRNF_OK) {
-        return status;
-    }
-    for (uint32_t at = json_first(json, primitives); at != JSON_NONE && status == SRNF_OK;
-         at = json_next(json, primitives, at)) {
-        status = add_primitive(gltf, at, matrix);
-        status = status == SRNF_OK ? mesh_step(gltf->reader) : status;
+    for (size_t i = 0; status == SRNF_OK && i < mesh->n; i++) {
+        status = add_primitive(gltf, &mesh->primitives[i], matrix);
     }
     return status;
 }
@@ -426,6 +370,7 @@ static int read_document(struct gltf *gltf, const unsigned char *text, size_t si
     if (status == SRNF_OK) {
         status = add_scene(gltf);
     }
+    gltf_meshes_close(gltf);
     gltf_close(gltf);
     json_close(&gltf->json);
     return status;

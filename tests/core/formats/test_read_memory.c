@@ -200,24 +200,38 @@ static void test_ceiling(void **state)
 
 /* ---- Files of many small parts --------------------------------------------------------------- */
 
-/* A mesh that as many nodes show. */
-static void put_nodes(size_t parts, struct srnf_buffer *out)
+/* A mesh of so many such primitives, which so many nodes show. Accessor 0 has 12 vertices, 1 none, 2
+   is 36 corners, all of them vertex 0. `members` stand in accessor 0, too. */
+static void put_scene(size_t nodes, size_t primitives, const char *primitive, size_t members,
+                      struct srnf_buffer *out)
 {
-    file_print(out,
-               "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":36,\"uri\":"
-               "\"data:;base64,%048d\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],"
-               "\"accessors\":[{\"bufferView\":0,\"componentType\":5121,\"count\":12,"
-               "\"type\":\"VEC3\"}],\"meshes\":[{\"primitives\":[{\"attributes\":{"
-               "\"POSITION\":0}}]}],\"nodes\":[{\"mesh\":0}",
-               0);
-    for (size_t i = 1; i < parts; i++) {
-        file_print(out, ",{\"mesh\":0}");
+    file_print(out, "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":36,\"uri\":"
+                    "\"data:;base64,AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA\"}],"
+                    "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"accessors\":[{");
+    for (size_t i = 0; i < members; i++) {
+        file_print(out, "\"x%zu\":0,", i);
     }
-    file_print(out, "],\"scenes\":[{\"nodes\":[0");
-    for (size_t i = 1; i < parts; i++) {
-        file_print(out, ",%zu", i);
+    file_print(out, "\"bufferView\":0,\"componentType\":5121,\"count\":12,\"type\":\"VEC3\"},"
+                    "{\"bufferView\":0,\"componentType\":5121,\"count\":0,\"type\":\"VEC3\"},"
+                    "{\"bufferView\":0,\"componentType\":5121,\"count\":36,\"type\":\"SCALAR\"}],"
+                    "\"meshes\":[{\"primitives\":[");
+    for (size_t i = 0; i < primitives; i++) {
+        file_print(out, "%s%s", i > 0 ? "," : "", primitive);
+    }
+    file_print(out, "]}],\"nodes\":[");
+    for (size_t i = 0; i < nodes; i++) {
+        file_print(out, "%s{\"mesh\":0}", i > 0 ? "," : "");
+    }
+    file_print(out, "],\"scenes\":[{\"nodes\":[");
+    for (size_t i = 0; i < nodes; i++) {
+        file_print(out, "%s%zu", i > 0 ? "," : "", i);
     }
     file_print(out, "]}]}");
+}
+
+static void put_nodes(size_t parts, struct srnf_buffer *out)
+{
+    put_scene(parts, 1, "{\"attributes\":{\"POSITION\":0}}", 0, out);
 }
 
 static void put_objects(size_t parts, struct srnf_buffer *out)
@@ -257,12 +271,56 @@ static void test_parts(void **state)
                 8 * bytes_to_read(put_objects, 1000, SRNF_MESH_MNI_OBJ));
 }
 
+static bool count_asked(void *user)
+{
+    ++*(size_t *)user;
+    return false;
+}
+
+/* How often reading asked whether to go on: every few thousand steps. */
+static size_t asks_of_reading(size_t primitives, const char *primitive, size_t members,
+                              size_t max_faces, int wanted)
+{
+    size_t asked = 0;
+    const struct srnf_context context = {.user = &asked, .canceled = count_asked};
+    struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
+    struct srnf_buffer file = {0};
+    struct srnf_mesh mesh;
+
+    limits.context = &context;
+    limits.max_faces = max_faces;
+    put_scene(2000, primitives, primitive, members, &file);
+    reset(SIZE_MAX);
+    assert_int_equal(
+        srnf_mesh_read(file.data, file.size, SRNF_MESH_GLTF, &limits, &mesh, NULL, NULL), wanted);
+    srnf_mesh_clear(&mesh);
+    srnf_buffer_clear(&file);
+    return asked;
+}
+
+/* Nodes that show a mesh of nothing, or of what makes no face, take no time for what it has; and no
+   accessor has more members to be searched than there are names. */
+static void test_nothing(void **state)
+{
+    static const char points[] = "{\"mode\":0,\"attributes\":{\"POSITION\":0}}",
+                      none[] = "{\"attributes\":{\"POSITION\":1}}",
+                      faces[] = "{\"attributes\":{\"POSITION\":0}}",
+                      flat[] = "{\"mode\":5,\"attributes\":{\"POSITION\":0},\"indices\":2}";
+    (void)state;
+
+    assert_true(asks_of_reading(2000, points, 0, 1000000, SRNF_EPARSE) < 50);
+    assert_true(asks_of_reading(2000, none, 0, 1000000, SRNF_EPARSE) < 50);
+    assert_true(asks_of_reading(1, flat, 0, 60000, SRNF_ELIMIT) < 50);
+    assert_true(asks_of_reading(1, faces, 60, 1000000, SRNF_OK) < 50);
+    assert_true(asks_of_reading(1, faces, 61, 1000000, SRNF_EPARSE) < 50);
+}
+
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_reading), cmocka_unit_test(test_polygons),
         cmocka_unit_test(test_writing), cmocka_unit_test(test_ceiling),
-        cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_parts),   cmocka_unit_test(test_nothing),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
