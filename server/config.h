@@ -44,6 +44,7 @@ struct config {
     double max_body;                              /* bytes */
     double max_buffered;                          /* bytes */
     double max_owner_buffered, max_peer_buffered; /* of them; 0: a quarter, half */
+    double max_owner_exports;                     /* bytes on the disk, of those being sent */
     double least_rate;                            /* of a transfer, bytes a second */
     double max_queued;                            /* jobs */
     double sync_wait_seconds;

@@ -62,6 +62,14 @@ struct api_caller {
     char job[STORE_ID_MAX];       /* whose tasks alone it may lease; "": those of all */
 };
 
+/* What one caller may have on the disk of answers that are made and sent: those of a token's name,
+   or of an address. What is held is let go of when the answer was sent, if not before. */
+struct api_share {
+    bool (*hold)(void *of, size_t bytes); /* false: it is beyond the share; NULL: there is none */
+    void (*release)(void *of, size_t bytes);
+    void *of;
+};
+
 struct api_request {
     const char *method; /* "GET", ... */
     const char *path;   /* as sent, percent-decoded, no zero bytes, without the query */
@@ -84,6 +92,7 @@ struct api_request {
     bool local;               /* it came from an address of this machine */
     bool gone;                /* before api_resume: nobody is at the other end of its connection */
     bool small; /* an upload that has little memory, of its own: API_AGAIN where it needs more */
+    struct api_share disk;
 };
 /* Whether a header has this name, without regard to case. Most differ in their first letter, seen
    with the bit set that tells small letters from capitals. */

@@ -17,6 +17,9 @@ struct export
     struct zip_writer zip;
     json_t *manifest, *graph, *parts;
     const struct store_cohort *cohort; /* NULL: of a model */
+    size_t held;                       /* bytes of the file that are counted */
+    bool beyond;                       /* the caller's share is full */
+    bool full;                         /* the disk is */
 };
 
 struct store *export_store(const struct export *export);

@@ -189,13 +189,46 @@ static void respond_file(struct api_call *call, int fd, const char *name)
                               "attachment; filename=\"%s.zip\"", name);
 }
 
+/* ---- Room ------------------------------------------------------------------------------------ */
+
+static void respond_beyond(struct api_call *call)
+{
+    (void)problem_respond(call, "server-busy",
+                          "Exports of this token, or of this address, that are being written and "
+                          "sent fill its share of the disk; try again when one has been taken.");
+}
+
+static bool take_room(void *user, size_t bytes)
+{
+    struct export *export = user;
+    const struct api_share *share = &export->study.call->request->disk;
+
+    export->beyond = share->hold && !share->hold(share->of, bytes);
+    if (export->beyond) {
+        return false;
+    }
+    export->held += bytes;
+    export->full = !store_scratch_fits(export_store(export), (int64_t)bytes);
+    return !export->full;
+}
+
+static void give_room_back(struct export *export)
+{
+    const struct api_share *share = &export->study.call->request->disk;
+
+    if (share->release) {
+        share->release(share->of, export->held);
+    }
+    export->held = 0;
+}
+
 /* The file could not be written: whether prepared meshes gave way, for twice its bytes so far, and
    it may be tried again. */
 static bool found_room(struct export *export, int fd)
 {
     struct stat about;
 
-    return fstat(fd, &about) == 0 &&
+    return !export->full && fstat(fd, &about) == 0 &&
            store_prepared_give_way(export_store(export), 2 * (int64_t)about.st_size);
 }
 
@@ -211,6 +244,8 @@ static bool respond_export(struct export *export, const char *name)
     bool whole = false, again;
 
     if (out && zip_open(&export->zip, out, true)) {
+        export->zip.take = take_room;
+        export->zip.user = export;
         make_manifest(export);
         write_all(export, name);
         whole = zip_close(&export->zip);
@@ -224,14 +259,23 @@ static bool respond_export(struct export *export, const char *name)
     if (status == STORE_OK && whole && !json_memory_failed() &&
         !jobs_memory_told(jobs_memory_current())) {
         respond_file(call, fd, name);
+        if (!call->response->body_file) {
+            give_room_back(export);
+        }
         return true;
     }
-    again = status == STORE_NOT_FOUND || (status == STORE_OK && !whole && found_room(export, fd));
+    again = status == STORE_NOT_FOUND ||
+            (status == STORE_OK && !whole && !export->beyond && found_room(export, fd));
     if (fd >= 0) {
         (void)close(fd);
     }
+    give_room_back(export);
     if (again) {
         return false;
+    }
+    if (status == STORE_OK && export->beyond) {
+        respond_beyond(call);
+        return true;
     }
     (void)problem_respond_store(call, status == STORE_OK ? STORE_FULL : status, NULL,
                                 "writing the export");
@@ -299,8 +343,15 @@ static bool try_model(struct api_call *call)
 static void export_with(struct api_call *call, bool (*try)(struct api_call *call),
                         const char *not_found_code)
 {
-    bool answered = try(call);
+    const struct api_share *share = &call->request->disk;
+    bool answered;
 
+    /* A byte for the file that is to be made: whose share is full need not gather the study. */
+    if (share->hold && !share->hold(share->of, 1)) {
+        respond_beyond(call);
+        return;
+    }
+    answered = try(call);
     for (int again = 0; again < DELETED_MEANWHILE && !answered; again++) {
         answered = try(call);
     }

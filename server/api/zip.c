@@ -13,6 +13,21 @@
 #define DAY 86400
 #define TIME (10 * 365 * DAY + 2 * DAY) /* 1980-01-01, where the times of zip begin */
 
+#define STEP ((size_t)64 << 10)
+
+/* Whether there is room for so many bytes more. */
+static bool has_room(struct zip_writer *zip, size_t size)
+{
+    size_t wanted = size > zip->room ? (size - zip->room + STEP - 1) / STEP * STEP : 0;
+
+    if (zip->take && wanted > 0 && !zip->take(zip->user, wanted)) {
+        return false;
+    }
+    zip->room += wanted;
+    zip->room -= size;
+    return true;
+}
+
 /* What cannot be written is passed over, and told by zip_close. libarchive is not told: with an
    entry that it could not finish it would look at bytes of the caller again when it is closed, and
    keep the memory of the compression. */
@@ -21,14 +36,13 @@ static la_ssize_t put(struct archive *archive, void *user, const void *bytes, si
     struct zip_writer *zip = user;
 
     (void)archive;
-    zip->failed = zip->failed || fwrite(bytes, 1, size, zip->out) != size;
+    zip->failed = zip->failed || !has_room(zip, size) || fwrite(bytes, 1, size, zip->out) != size;
     return (la_ssize_t)size;
 }
 
 bool zip_open(struct zip_writer *zip, FILE *out, bool deflate)
 {
-    zip->out = out;
-    zip->failed = false;
+    *zip = (struct zip_writer){.out = out};
     zip->archive = archive_write_new();
     zip->failed =
         !zip->archive || archive_write_set_format_zip(zip->archive) != ARCHIVE_OK ||

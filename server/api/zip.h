@@ -13,6 +13,11 @@ struct zip_writer {
     struct archive *archive;
     FILE *out;
     bool failed;
+    /* Asked for room before more is written, in steps of 64 KiB; false: there is none, and the zip
+       fails. NULL, as zip_open leaves it: there is. */
+    bool (*take)(void *user, size_t bytes);
+    void *user;
+    size_t room; /* that was taken and is not used yet */
 };
 
 /* Begins; out is borrowed, and the writer stays where it is, until it is closed. deflate: whether

@@ -305,6 +305,7 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
     exchange->request.query = "";
     exchange->request.secure = http->tls != NULL;
     exchange->request.local = connection && connection->peer->local;
+    shares_offer(exchange);
     atomic_fetch_add(&http->n_exchanges, 1);
     return exchange;
 }

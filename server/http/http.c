@@ -74,6 +74,7 @@ static void set_defaults(struct http_config *config)
                                          .max_streams = 128,
                                          .heartbeat_seconds = 15,
                                          .max_buffered = (size_t)1 << 30,
+                                         .max_owner_files = (size_t)1 << 30,
                                          .least_rate = 16384,
                                          .header_seconds = 15,
                                          .transfer_seconds = 30,
@@ -91,6 +92,8 @@ static void set_defaults(struct http_config *config)
     config->heartbeat_seconds =
         config->heartbeat_seconds > 0 ? config->heartbeat_seconds : defaults.heartbeat_seconds;
     config->max_buffered = config->max_buffered ? config->max_buffered : defaults.max_buffered;
+    config->max_owner_files =
+        config->max_owner_files ? config->max_owner_files : defaults.max_owner_files;
     config->header_seconds =
         config->header_seconds > 0 ? config->header_seconds : defaults.header_seconds;
     config->transfer_seconds =

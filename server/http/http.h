@@ -29,6 +29,8 @@ struct http_config {
     size_t max_buffered;       /* bytes of all bodies that arrive, are handled or go; 0: 1 GiB */
     size_t max_owner_buffered; /* of them, of a token's name; 0: a quarter */
     size_t max_peer_buffered;  /* of them, of an address that is not of this machine; 0: half */
+    size_t max_owner_files;    /* bytes on the disk of answers that are made and sent, of a name or
+                                  such an address; 0: 1 GiB */
     bool local_only; /* answer only those who call it by a loopback name, or by allowed_hosts */
     bool open;       /* tokens may be missing: keep out pages of other sites on any address */
     const char *allowed_hosts; /* "host" or "host:port", separated by commas; may be NULL */

@@ -40,6 +40,7 @@ struct holder {
     size_t references;      /* [m] */
     size_t connections;     /* [m] of an address */
     size_t buffered;        /* [m] bytes */
+    size_t filed;           /* [m] bytes on the disk of answers that are made and sent */
     atomic_size_t requests; /* in progress */
     uint64_t id;            /* by which lanes know it again when it has gone (lane.c) */
     bool local;             /* an address of this machine: has no share */
@@ -120,6 +121,7 @@ struct exchange {
     bool waits;                  /* [m] in the list of waits */
     size_t held;                 /* bytes of the response that are counted in buffered */
     size_t charged;              /* bytes of body and response that are counted */
+    size_t filed;                /* bytes on the disk that are counted */
     struct holder *holder;       /* whose request it is; NULL before it is admitted */
     bool streams;                /* the response is a stream (stream.c) */
     size_t piece_sent;           /* of a stream's piece */
@@ -263,6 +265,8 @@ void shares_leave(struct exchange *exchange);
 enum hold_result { HOLD_GRANTED, HOLD_FULL, HOLD_SHARE };
 enum hold_result shares_hold(struct exchange *exchange, size_t bytes);
 void shares_release(struct exchange *exchange, size_t bytes);
+/* Lets the request's handler count what its answer has on the disk, until shares_leave. */
+void shares_offer(struct exchange *exchange);
 
 /* ---- trace.c --------------------------------------------------------------------------------- */
 

@@ -1,6 +1,7 @@
 /*
- * shares.c - who holds what: connections, requests in progress and bytes of each address and of
- * each token's name, so that no one caller has all there is.
+ * shares.c - who holds what: connections, requests in progress, bytes in memory, and bytes on the
+ * disk of answers that go out, of each address and of each token's name, so that no one caller has
+ * all there is.
  *
  * An address is an IPv4 address or the first 64 bits of an IPv6 one, which is what one machine can
  * change at will. Addresses of this machine have no share of the bytes and requests: behind a proxy
@@ -150,9 +151,53 @@ bool shares_enter(struct exchange *exchange)
            holder->local;
 }
 
+/* ---- Files of answers ------------------------------------------------------------------------ */
+
+/* One that has nothing else there may always, so that the largest is sent. */
+static bool hold_file(void *of, size_t bytes)
+{
+    struct exchange *exchange = of;
+    struct holder *holder = exchange->holder;
+    size_t share = exchange->http->config.max_owner_files;
+    bool granted;
+
+    if (!holder) {
+        return true;
+    }
+    (void)pthread_mutex_lock(&exchange->http->mutex);
+    granted = holder->local || holder->filed == exchange->filed ||
+              (bytes <= share && holder->filed <= share - bytes);
+    if (granted) {
+        holder->filed += bytes;
+        exchange->filed += bytes;
+    }
+    (void)pthread_mutex_unlock(&exchange->http->mutex);
+    return granted;
+}
+
+static void release_file(void *of, size_t bytes)
+{
+    struct exchange *exchange = of;
+
+    if (!exchange->holder || bytes == 0) {
+        return;
+    }
+    (void)pthread_mutex_lock(&exchange->http->mutex);
+    exchange->holder->filed -= bytes;
+    exchange->filed -= bytes;
+    (void)pthread_mutex_unlock(&exchange->http->mutex);
+}
+
+void shares_offer(struct exchange *exchange)
+{
+    exchange->request.disk =
+        (struct api_share){.hold = hold_file, .release = release_file, .of = exchange};
+}
+
 void shares_leave(struct exchange *exchange)
 {
     if (exchange->holder) {
+        release_file(exchange, exchange->filed);
         atomic_fetch_sub(&exchange->holder->requests, 1);
         exchange->holder = NULL;
     }

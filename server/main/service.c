@@ -180,6 +180,7 @@ static struct http_config http_settings(const struct config *config)
                                 .max_buffered = (size_t)config->max_buffered,
                                 .max_owner_buffered = (size_t)config->max_owner_buffered,
                                 .max_peer_buffered = (size_t)config->max_peer_buffered,
+                                .max_owner_files = (size_t)config->max_owner_exports,
                                 .least_rate = config->least_rate,
                                 .local_only = http_is_loopback(config->listen),
                                 .open = config->insecure,

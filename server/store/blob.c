@@ -21,6 +21,7 @@
 #include "store/files.h"
 #include "store/numbers.h"
 #include "store/prepared.h"
+#include "store/prepared_files.h"
 
 #include "store/digest.h"
 #include "store/store.h"
@@ -138,6 +139,12 @@ int store_scratch_file(const struct store *store, int *status)
         fd = -1;
     }
     return fd;
+}
+
+bool store_scratch_fits(struct store *store, int64_t bytes)
+{
+    return prepared_fits(store, bytes) ||
+           (store_prepared_give_way(store, bytes) && prepared_fits(store, bytes));
 }
 
 void store_blob_unstage(struct store *store, const struct store_content *content)

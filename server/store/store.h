@@ -22,6 +22,7 @@
 #define SRNFD_STORE_H
 
 #include <stddef.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "store_status.h"
@@ -48,6 +49,9 @@ int store_ping(struct store *store);
 /* A descriptor of an empty file of the data directory that has no name and goes with it; -1 with
    *status. */
 int store_scratch_file(const struct store *store, int *status);
+/* Whether such a file may have so many bytes more: the disk keeps free what it is to, for which
+   prepared meshes give way. */
+bool store_scratch_fits(struct store *store, int64_t bytes);
 
 /* Removes files below blobs/ that no row names, unless a backup is being made. */
 int store_sweep_files(struct store *store, size_t *removed);

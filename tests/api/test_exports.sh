@@ -291,7 +291,7 @@ is "$STATUS" 200 'and the service goes on'
 token() { "$SRNFD" token add --data "$SCRATCH/d" --name "$1" 2>/dev/null; }
 ADA=$(token ada)
 BOB=$(token bob)
-start_server "$SCRATCH/d" --workers 1 || exit 1
+start_server "$SCRATCH/d" --workers 1 --max-owner-exports 1048576 || exit 1
 FOURTH=$SERVER_PID
 tests/support/forge_model.py "$SCRATCH/model.zip" "$SCRATCH/alone.zip" alone >"$SCRATCH/forged"
 # Unpacked and packed again, in an order of its own, with the manifest last; in a folder; in that of tar.
@@ -330,14 +330,57 @@ is "$STATUS $(json '[(.meshes | length), .refused[0].file] | tojson')" '201 [1,"
 request POST /v1/imports --header "$auth" -F "f=@$SCRATCH/L_thalamus.ply" -F "g=@$SCRATCH/study.zip"
 is_problem 422 unparsable-archive 'nor does an export that comes after others'
 
-for pid in "$FOURTH" "$FIRST" "$SECOND" "$THIRD"; do
+# ---- Room on the disk --------------------------------------------------------------------------------
+
+# What is on the way to a slow reader is a file of the data directory: one export of an owner that is larger than the
+# share, and no second one beside it.
+is "$((SIZE > 1048576))" 1 'the study is larger than the share of an owner'
+auth="Authorization: Bearer $ADA"
+exec {slow}<> >(exec python3 -c '
+import socket, sys
+host, port = sys.argv[1].split("//")[1].split(":")
+slow = socket.socket()
+slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+slow.connect((host, int(port)))
+slow.sendall(f"GET /v1/cohorts/study/export HTTP/1.1\r\nHost: {host}:{port}\r\n{sys.argv[2]}\r\n\r\n".encode())
+print(slow.recv(12).decode(), file=open(sys.argv[3], "w"))
+sys.stdin.read()
+' "$URL" "$auth" "$SCRATCH/slow")
+READER=$!
+for _ in {1..600}; do
+    [ -s "$SCRATCH/slow" ] && break
+    sleep 0.1
+done
+is "$(cat "$SCRATCH/slow")" 'HTTP/1.1 200' 'an export is on its way to a slow reader'
+get /v1/cohorts/study/export --header "$auth"
+is_problem 503 server-busy 'the same owner gets no second one meanwhile'
+like "$(json .detail) $(header Retry-After)" 'Exports of this token.* share of the disk.* [0-9]+$' 'and is told when to ask again'
+get /v1/cohorts/study/export --header "Authorization: Bearer $BOB"
+is "$STATUS $(wc -c <"$BODY")" "200 $(header Content-Length)" 'another owner gets one'
+get /v1/cohorts/study/export --header "Authorization: Bearer $BOB"
+is "$STATUS" 200 'and a second, once the first was taken'
+kill "$READER"
+wait "$READER" 2>/dev/null
+for _ in {1..100}; do
+    get /v1/cohorts/study/export --header "$auth"
+    [ "$STATUS" = 503 ] || break
+    sleep 0.1
+done
+is "$STATUS" 200 'who has gone holds no room'
+start_server "$SCRATCH/e" --workers 1 --least-free 1000000000000000 || exit 1
+FIFTH=$SERVER_PID
+post /v1/imports --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip'
+get /v1/cohorts/study/export
+is_problem 507 storage-full 'nor does an export take what the disk is to keep free'
+
+for pid in "$FIFTH" "$FOURTH" "$FIRST" "$SECOND" "$THIRD"; do
     if stop_server "$pid"; then
         ok 'a server ends cleanly'
     else
         not_ok 'a server ends cleanly'
     fi
 done
-for data in a b c d; do
+for data in a b c d e; do
     check "the data of $data are sound" "$SRNFD" check --data "$SCRATCH/$data"
 done
 done_testing
