@@ -48,6 +48,7 @@ bool zip_open(struct zip_writer *zip, FILE *out, bool deflate)
         !zip->archive || archive_write_set_format_zip(zip->archive) != ARCHIVE_OK ||
         archive_write_set_options(zip->archive, deflate ? "zip:compression=deflate"
                                                         : "zip:compression=store") != ARCHIVE_OK ||
+        archive_write_set_bytes_in_last_block(zip->archive, 1) != ARCHIVE_OK || /* no padding */
         archive_write_open(zip->archive, zip, NULL, put, NULL) != ARCHIVE_OK;
     return !zip->failed;
 }

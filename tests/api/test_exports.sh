@@ -62,6 +62,7 @@ TAG=$(header ETag)
 like "$TAG" '^"[0-9a-f]{64}"$' 'with the digest of its bytes as its tag'
 is "$TAG" "\"$(sha256sum <"$SCRATCH/study.zip" | cut -c 1-64)\"" 'which it is'
 SIZE=$(wc -c <"$SCRATCH/study.zip")
+is "$(tail -c 22 "$SCRATCH/study.zip" | head -c 4 | od -An -tx1)" ' 50 4b 05 06' 'it ends with its directory'
 head -c 1000 "$SCRATCH/study.zip" >"$SCRATCH/part.zip"
 get /v1/cohorts/study/export --header 'Range: bytes=1000-' --header "If-Range: $TAG"
 is "$STATUS $(header Content-Range)" "206 bytes 1000-$((SIZE - 1))/$SIZE" 'who was cut off asks for the rest'
