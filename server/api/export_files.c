@@ -35,7 +35,7 @@ static void add_answer(struct export *export, api_handler *handler, const char *
     one.query = query;
     handler(&call);
     if (response.status == 200 && response.body) {
-        zip_add(&export->zip, path, response.body, response.body_size);
+        export_put(export, path, response.body, response.body_size);
     }
     api_response_clear(&response);
 }
@@ -74,7 +74,7 @@ static void npz_add_to(struct npz *npz, struct export *export, const char *path)
     bool whole = npz->out && zip_close(&npz->zip);
 
     if (npz->out && fclose(npz->out) == 0 && whole) {
-        zip_add(&export->zip, path, npz->bytes, npz->size);
+        export_put(export, path, npz->bytes, npz->size);
     } else {
         export->zip.failed = true;
     }
@@ -164,7 +164,7 @@ void export_add_mesh(struct export *export, const char *id, const char *path)
     size_t size;
 
     if (export_good(export, store_mesh_content(export_store(export), id, &bytes, &size))) {
-        zip_add(&export->zip, path, bytes, size);
+        export_put(export, path, bytes, size);
         free(bytes);
     }
 }
@@ -175,7 +175,7 @@ void export_add_volume(struct export *export, const char *id, const char *path)
     size_t size;
 
     if (export_good(export, store_volume_content(export_store(export), id, &bytes, &size))) {
-        zip_add(&export->zip, path, bytes, size);
+        export_put(export, path, bytes, size);
         free(bytes);
     }
 }
@@ -186,7 +186,7 @@ void export_add_job(struct export *export, const char *id, const char *path)
     size_t size;
 
     if (export_good(export, store_job_results(export_store(export), id, &results, &size))) {
-        zip_add(&export->zip, path, results, size);
+        zip_add(&export->zip, path, results, size); /* its entry has the digest */
         free(results);
         (void)snprintf(other, sizeof other, "jobs/%s.csv", id);
         add_answer(export, jobs_results, id, "format=csv", other);

@@ -30,6 +30,26 @@ bool export_good(struct export *export, int status)
     return status == STORE_OK;
 }
 
+void export_put(struct export *export, const char *path, const void *bytes, size_t size)
+{
+    char digest[65];
+
+    store_sha256_hex(digest, bytes, size);
+    (void)json_object_set_new(export->files, path, json_string(digest));
+    zip_add(&export->zip, path, bytes, size);
+}
+
+void export_list_cohort(struct export *export)
+{
+    const struct store_cohort *cohort = export->cohort;
+    char digest[65];
+
+    store_sha256_hex(digest, cohort->record, strlen(cohort->record));
+    (void)json_object_set_new(export->manifest, "cohort",
+                              json_pack("{s:s, s:s, s:s}", "name", cohort->name, "sha256", digest,
+                                        "members", cohort->record));
+}
+
 static void describe_file(struct export *export, const char *path, const char *name,
                           const char *type)
 {

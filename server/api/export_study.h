@@ -15,7 +15,7 @@ struct export
 {
     struct study study;
     struct zip_writer zip;
-    json_t *manifest, *graph, *parts;
+    json_t *manifest, *graph, *parts, *files;
     const struct store_cohort *cohort; /* NULL: of a model */
     size_t held;                       /* bytes of the file that are counted */
     bool beyond;                       /* the caller's share is full */
@@ -26,6 +26,11 @@ struct store *export_store(const struct export *export);
 /* Notes a failure of the store; true where there is none. */
 bool export_good(struct export *export, int status);
 
+/* Adds a file to the zip, and its digest to those of the manifest (export_manifest.c). */
+void export_put(struct export *export, const char *path, const void *bytes, size_t size);
+
+/* Lists the cohort; it has one. */
+void export_list_cohort(struct export *export);
 /* Lists the record in the manifest, and its files in the metadata (export_manifest.c). */
 void export_list_volume(struct export *export, const char *id);
 void export_list_mesh(struct export *export, const char *id);

@@ -7,7 +7,6 @@
  * tag, and who was cut off asks for the rest of them (transmit.c). What is in it, listed by
  * export_manifest.c and written by export_files.c:
  *
- *   srnfd-study.json          what an import restores it from: ids, records, options, times, builds
  *   ro-crate-metadata.json    the same for people and archives (RO-Crate 1.1, JSON-LD)
  *   cohort.csv                the members
  *   volumes/ID.FORMAT         the segmentations that meshes were extracted from, as they were sent
@@ -15,6 +14,8 @@
  *   surfaces/ID.npz, ID.ply   coefficients and maps; a mesh of it, as fine as its degree asks
  *   models/ID.npz, ID-scores.csv
  *   jobs/ID.json, ID.csv      results as they were answered; a table where the process has one
+ *   srnfd-study.json          what an import restores it from: ids, records, options, times,
+ *                             builds, and the digests of all files before it
  */
 #include "api/cohorts.h"
 
@@ -90,9 +91,7 @@ static void make_manifest(struct export *export)
     export->manifest = json_pack("{s:s, s:i, s:s}", "format", STUDY_FORMAT, "version",
                                  STUDY_VERSION, "srnfd", SRNF_VERSION);
     if (export->cohort) {
-        (void)json_object_set_new(export->manifest, "cohort",
-                                  json_pack("{s:s, s:s}", "name", export->cohort->name, "members",
-                                            export->cohort->record));
+        export_list_cohort(export);
     }
     for (size_t i = 0; i < KINDS; i++) {
         (void)json_object_set_new(export->manifest, kinds[i].kind, json_array());
@@ -116,17 +115,28 @@ static void add_members(struct export *export)
         cohort_write_table(out, export->cohort);
     }
     if (out && fclose(out) == 0) {
-        zip_add(&export->zip, "cohort.csv", bytes, size);
+        export_put(export, "cohort.csv", bytes, size);
     } else {
         export->zip.failed = true;
     }
     free(bytes);
 }
 
+static void add_document(struct export *export, const char *path, json_t *document)
+{
+    char *text = zip_json(document);
+
+    if (text) {
+        export_put(export, path, text, strlen(text));
+    } else {
+        export->zip.failed = true;
+    }
+    free(text);
+}
+
 static void write_all(struct export *export, const char *name)
 {
-    zip_add_json(&export->zip, STUDY_MANIFEST, json_incref(export->manifest));
-    zip_add_json(&export->zip, "ro-crate-metadata.json", export_crate(export, name));
+    add_document(export, "ro-crate-metadata.json", export_crate(export, name));
     if (export->cohort) {
         add_members(export);
     }
@@ -142,6 +152,8 @@ static void write_all(struct export *export, const char *name)
                          json_string_value(json_object_get(one, "file")));
         }
     }
+    (void)json_object_set(export->manifest, "files", export->files);
+    add_document(export, STUDY_MANIFEST, json_incref(export->manifest));
 }
 
 /* The digest of the file; false where it cannot be read to its end. */
@@ -288,12 +300,13 @@ static void clear(struct export *export)
     json_decref(export->manifest);
     json_decref(export->graph);
     json_decref(export->parts);
+    json_decref(export->files);
 }
 
 /* Once; as respond_export. */
 static bool try_cohort(struct api_call *call)
 {
-    struct export export = {.graph = json_array(), .parts = json_array()};
+    struct export export = {.graph = json_array(), .parts = json_array(), .files = json_object()};
     struct store_cohort cohort;
     char owner[STORE_OWNER_MAX];
     bool answered = true;
@@ -321,7 +334,7 @@ static bool try_cohort(struct api_call *call)
 
 static bool try_model(struct api_call *call)
 {
-    struct export export = {.graph = json_array(), .parts = json_array()};
+    struct export export = {.graph = json_array(), .parts = json_array(), .files = json_object()};
     struct store_model model;
     bool answered = true;
     int status = store_model_get_as(call->api->config.store, call->request->caller.name,

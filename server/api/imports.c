@@ -184,6 +184,7 @@ static void clear(struct import *import)
     json_decref(import->by_path);
     json_decref(import->surfaces);
     json_decref(import->seen);
+    json_decref(import->made);
     jobs_memory_discharge(jobs_memory_current(), import->charged);
 }
 

@@ -62,6 +62,8 @@ struct import {
        ids (all must come), the ids that came, and of the next mesh its id, format, name and source;
        NULL otherwise. How many surfaces, models and jobs came with it. */
     json_t *manifest, *by_path, *surfaces, *seen;
+    json_t *made; /* of an export: paths of files that were made of the others, as they come, and
+                     whether they are as they were written */
     const char *id, *format, *name, *source;
     bool volume;           /* the next one is a volume */
     bool edited;           /* what is refused is what the manifest says, and not a file */
@@ -131,8 +133,8 @@ bool import_whole(const json_t *record, const char *name, int64_t least, int64_t
                   int64_t *value);
 char *import_text(const json_t *record, const char *name);
 /* Whether the bytes have the digest of the manifest, which finds damage and edits but no forger;
-   archives of older versions have none. */
-bool import_unchanged(const json_t *record, const void *bytes, size_t size);
+   archives of older versions have none. wanted: the digest; NULL: there is none. */
+bool import_unchanged(const json_t *wanted, const void *bytes, size_t size);
 /* Takes a surface or a model (imports_restore.c) or a job (imports_jobs.c) of an export. False
    where it is not what its record in the manifest says; otherwise *status is that of the store. */
 bool import_restore_surface(struct import *import, const json_t *record, const char *id,

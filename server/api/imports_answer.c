@@ -159,6 +159,51 @@ static void warn_passed(const struct import *import, json_t *warnings)
     json_decref(files);
 }
 
+/* Of an export: whether the file of this path is one that was made of the others, and did not come
+   as it was written. */
+static bool is_amiss(const struct import *import, const char *path)
+{
+    return !json_object_get(import->by_path, path) &&
+           !json_is_true(json_object_get(import->made, path));
+}
+
+static void warn_made(const struct import *import, json_t *warnings)
+{
+    json_t *digests = json_object_get(import->manifest, "files"), *files = json_array(), *digest;
+    size_t count = 0, missing = 0, length = 0;
+    char named[PASSED_NAMED * 70] = "";
+    const char *path;
+
+    json_object_foreach(digests, path, digest)
+    {
+        if (!is_amiss(import, path)) {
+            continue;
+        }
+        missing += !json_object_get(import->made, path);
+        if (++count <= PASSED_SHOWN) {
+            (void)json_array_append_new(files, json_string(path));
+        }
+        if (count <= PASSED_NAMED) {
+            (void)snprintf(named + length, sizeof named - length, "%s%.60s", length ? ", " : "",
+                           path);
+            text_trim_cut(named);
+            length = strlen(named);
+        }
+    }
+    if (count > 0) {
+        warning_add(warnings, "files-passed-over",
+                    json_pack("{s:I, s:I, s:I, s:O}", "count", (json_int_t)count, "changed",
+                              (json_int_t)(count - missing), "missing", (json_int_t)missing,
+                              "files", files),
+                    "%zu of the files that were made of the study %s not as the export wrote them, "
+                    "%zu changed and %zu missing: %s%s. The study was restored without; do not "
+                    "read them from this archive.",
+                    count, count == 1 ? "is" : "are", count - missing, missing, named,
+                    count > PASSED_NAMED ? " and others" : "");
+    }
+    json_decref(files);
+}
+
 void import_respond_taken(struct import *import, const struct store_cohort *cohort, bool created)
 {
     json_t *answer = json_object(), *meshes = json_array(), *volumes = json_array();
@@ -179,6 +224,7 @@ void import_respond_taken(struct import *import, const struct store_cohort *coho
     warn_flawed(import, warnings);
     warn_untransformed(import, warnings);
     warn_passed(import, warnings);
+    warn_made(import, warnings);
     (void)json_object_set_new(answer, "meshes", meshes);
     (void)json_object_set_new(answer, "volumes", volumes);
     (void)json_object_set_new(answer, "cohort",

@@ -69,7 +69,8 @@ bool import_restore_job(struct import *import, const json_t *record, const char 
            import_whole(record, "startedMs", 0, INT64_MAX / 2, &job.started_ms) &&
            import_whole(record, "finishedMs", 1, INT64_MAX / 2, &job.finished_ms);
     import->edited = !good;
-    good = good && json_is_object(results) && import_unchanged(record, given->bytes, given->size) &&
+    good = good && json_is_object(results) &&
+           import_unchanged(json_object_get(record, "sha256"), given->bytes, given->size) &&
            fits_table(import, job.process, results);
 
     json_decref(results);

@@ -101,9 +101,8 @@ char *import_text(const json_t *record, const char *name)
     return text ? strdup(text) : NULL;
 }
 
-bool import_unchanged(const json_t *record, const void *bytes, size_t size)
+bool import_unchanged(const json_t *wanted, const void *bytes, size_t size)
 {
-    const json_t *wanted = json_object_get(record, "sha256");
     char digest[65];
 
     store_sha256_hex(digest, bytes, size);
@@ -169,9 +168,10 @@ bool import_restore_surface(struct import *import, const json_t *record, const c
     struct store_surface surface = {.owner = call_owner(import->call),
                                     .name = import_text(record, "name"),
                                     .record = import_text(record, "record")};
-    bool good = import_whole(record, "lmax", 0, DEGREE_MAX, &surface.lmax) &&
-                read_maps(record, &surface) && surface.record &&
-                import_unchanged(record, surface.record, strlen(surface.record));
+    bool good =
+        import_whole(record, "lmax", 0, DEGREE_MAX, &surface.lmax) && read_maps(record, &surface) &&
+        surface.record &&
+        import_unchanged(json_object_get(record, "sha256"), surface.record, strlen(surface.record));
 
     import->edited = !good;
     if (good) {

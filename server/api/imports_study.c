@@ -50,10 +50,18 @@ static void index_files(struct import *import)
     }
 }
 
-/* Whether what lists files is lists; otherwise answered: a mistake must not look like an empty
-   one. */
+/* Whether what lists files is lists, and digests are in an object; otherwise answered: a mistake
+   must not look like an empty one. */
 static bool are_lists(struct import *import)
 {
+    const json_t *files = json_object_get(import->manifest, "files");
+
+    if (files && !json_is_object(files)) {
+        (void)problem_respond(import->call, "unparsable-archive",
+                              STUDY_MANIFEST ": /files must be an object.");
+        import->answered = true;
+        return false;
+    }
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
         const json_t *all = json_object_get(import->manifest, kinds[i]);
 
@@ -95,6 +103,7 @@ bool import_take_manifest(struct import *import, const struct import_given *give
         return true;
     }
     import->seen = json_object();
+    import->made = json_object();
     if (are_lists(import)) {
         index_files(import);
     }
@@ -133,6 +142,24 @@ static void refuse_changed(struct import *import, const char *path, const char *
     }
 }
 
+/* Whether the file has the digest that the manifest has of it, if it has one. */
+static bool is_as_written(const struct import *import, const struct import_given *given)
+{
+    const json_t *files = json_object_get(import->manifest, "files");
+
+    return import_unchanged(json_object_get(files, given->path), given->bytes, given->size);
+}
+
+/* A file that was made of the others, for people, has come. */
+static void note_made(struct import *import, const char *path, bool good)
+{
+    const json_t *files = json_object_get(import->manifest, "files");
+
+    if (json_object_get(files, path) && !json_is_false(json_object_get(import->made, path))) {
+        (void)json_object_set_new(import->made, path, json_boolean(good));
+    }
+}
+
 bool import_take_study(struct import *import, struct import_given *given)
 {
     const json_t *record = json_object_get(import->by_path, given->path);
@@ -140,17 +167,22 @@ bool import_take_study(struct import *import, struct import_given *given)
     const char *id = json_string_value(json_object_get(record, "id"));
     const size_t before = store_batch_count(import->batch);
     int status = STORE_OK;
-    bool good;
+    bool good = is_as_written(import, given);
 
     if (!kind || !id || strlen(id) >= STORE_ID_MAX) {
-        return true; /* made of the others, for people */
+        note_made(import, given->path, good);
+        return true;
     }
-    if (json_object_get(import->seen, id)) {
+    if (good && json_object_get(import->seen, id)) {
         return true; /* listed twice */
     }
     (void)json_object_set_new(import->seen, id, json_true());
     import->edited = import->lacking = false;
     import->why[0] = '\0';
+    if (!good) {
+        refuse_changed(import, given->path, id);
+        return true;
+    }
     import->volume = strcmp(kind, "volumes") == 0;
     if (strcmp(kind, "meshes") == 0 || import->volume) {
         import->id = id;
@@ -314,7 +346,11 @@ bool import_study_members(struct import *import, struct cohort_text *members)
     } else if (!import->cohort[0]) {
         (void)snprintf(import->cohort, sizeof import->cohort, "%s", name);
     }
-    if (is_members(text)) {
+    if (text && !import_unchanged(json_object_get(cohort, "sha256"), text, strlen(text))) {
+        problem_add(&list, "/cohort/members",
+                    STUDY_MANIFEST " does not have the members that the "
+                                   "export wrote: they were changed");
+    } else if (is_members(text)) {
         read_members(text, members, &list);
     } else if (!json_memory_failed()) {
         problem_add(&list, "/cohort/members",

@@ -73,18 +73,13 @@ void zip_add(struct zip_writer *zip, const char *path, const void *bytes, size_t
     archive_entry_free(entry);
 }
 
-void zip_add_json(struct zip_writer *zip, const char *path, json_t *document)
+char *zip_json(json_t *document)
 {
     char *text =
         json_memory_dumps(document, JSON_INDENT(1) | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
 
-    if (text) {
-        zip_add(zip, path, text, strlen(text));
-    } else {
-        zip->failed = true;
-    }
-    free(text);
     json_decref(document);
+    return text;
 }
 
 bool zip_close(struct zip_writer *zip)

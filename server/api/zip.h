@@ -25,8 +25,8 @@ struct zip_writer {
 bool zip_open(struct zip_writer *zip, FILE *out, bool deflate);
 /* Adds a file. All files have one time, so that the same content is the same zip. */
 void zip_add(struct zip_writer *zip, const char *path, const void *bytes, size_t size);
-/* Adds a document (taken over). */
-void zip_add_json(struct zip_writer *zip, const char *path, json_t *document);
+/* The text of a document (taken over) as a file of a zip: free; NULL without memory. */
+char *zip_json(json_t *document);
 /* Ends; false where anything has failed. */
 bool zip_close(struct zip_writer *zip);
 

@@ -86,6 +86,10 @@ is "$(jq -r '."@graph"[] | select(."@id" == "ro-crate-metadata.json") | .conform
     'https://w3id.org/ro/crate/1.1' 'the metadata are an RO-Crate'
 is "$(jq -r '[."@graph"[] | select(."@type" == "File")."@id"][]' "$SCRATCH/open/ro-crate-metadata.json" |
     while read -r file; do [ -f "$SCRATCH/open/$file" ] || echo "$file"; done)" '' 'whose files are there'
+is "$(jq -r '[.files + (.jobs | map({(.file): .sha256}) | add) | to_entries[] | "\(.value)  \(.key)"] | sort[]' \
+    "$SCRATCH/open/srnfd-study.json")" \
+    "$(cd "$SCRATCH/open" && find . -type f ! -path ./srnfd-study.json -printf '%P\0' | xargs -0 sha256sum | sort)" \
+    'every file has its digest in the manifest'
 is "$(head -n 1 "$SCRATCH/open/cohort.csv" | tr -d '\r')" 'id,label,subject,time,side,mirror,age' 'the members are a table'
 is "$(find "$SCRATCH/open/models" -name '*-scores.csv' | wc -l)" 1 'and so are the scores'
 get "/v1/models/$MODEL/export"
@@ -188,6 +192,10 @@ is "$STATUS $(json '.refused[0] | "\(.code) \(.file)"')" "422 not-as-described $
 like "$(json '.refused[0].detail')" 'not what srnfd-study.json says of it: its content was changed, or what is said of it' \
     'of which either may have been changed'
 like "$(json .detail)" 'Export the study again, or send' 'which is mended by the export alone'
+edited '.cohort.members |= sub("left"; "right")'
+is "$STATUS $(json '.errors[0].pointer')" '422 /cohort/members' 'nor are members of whom something else is said'
+edited '.files = 5'
+is_problem 422 unparsable-archive 'digests of files are an object'
 edited '.jobs[0].sha256 |= ascii_upcase'
 is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor are results of another digest'
 edited '.jobs[0].inputs |= sub("{"; "{ ")'
@@ -210,6 +218,26 @@ is "$STATUS $(json '[.refused[] | "\(.file) \(.code)"] | join(" ")')" '422 ../..
     'as are those that lie elsewhere'
 get '/v1/jobs'
 is "$(json '.jobs | length')" 0 'and no job is kept'
+
+# Sends the study with a byte behind the content of a file of it, which no reader would miss.
+touched() { # FILE..
+    local file
+    rm -rf "$SCRATCH/edit" "$SCRATCH/edit.zip"
+    cp -r "$SCRATCH/open" "$SCRATCH/edit"
+    for file in "$@"; do
+        printf ' ' >>"$SCRATCH/edit/$file"
+    done
+    (cd "$SCRATCH/edit" && zip -q -0 -r ../edit.zip .)
+    post /v1/imports --data-binary "@$SCRATCH/edit.zip" --header 'Content-Type: application/zip'
+}
+for kind in meshes surfaces models jobs; do
+    file=$(jq -r ".${kind}[0].file" "$SCRATCH/open/srnfd-study.json")
+    touched "$file"
+    is "$STATUS $(json '[.refused[] | "\(.file) \(.code)"] | join(" ")')" "422 $file not-as-described" \
+        "one byte more is a change, $kind"
+done
+get '/v1/meshes'
+is "$(json '.items | length')" 0 'and nothing is kept of it'
 post /v1/imports --data-binary "@$SCRATCH/model.zip" --header 'Content-Type: application/zip'
 is "$STATUS $(json '"\(.cohort) \(.restored.models)"')" '201 null 1' 'a model is restored by itself'
 get "/v1/models/$MODEL/scores?format=csv"
@@ -373,6 +401,31 @@ FIFTH=$SERVER_PID
 post /v1/imports --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip'
 get /v1/cohorts/study/export
 is_problem 507 storage-full 'nor does an export take what the disk is to keep free'
+
+# ---- What the study does without ---------------------------------------------------------------------
+
+# What is made of the others, for people, is not needed: that it is damaged or gone is told.
+file=$(cd "$SCRATCH/open" && echo surfaces/*.ply)
+file=${file%% *}
+rm "$SCRATCH/open/$file"
+scores=$(cd "$SCRATCH/open" && echo models/*-scores.csv)
+table=$(jq -r '.jobs[] | select(.process == "distances").file | sub("json$"; "csv")' "$SCRATCH/open/srnfd-study.json")
+touched cohort.csv ro-crate-metadata.json "$table" "$scores"
+like "$STATUS" '^20[01]$' 'a study is restored without what is made of it'
+is "$(json_in_order '.warnings | map([.code, .figures.count, .figures.changed, .figures.missing, (.figures.files | sort)]) | tojson')" \
+    "$(jq -nc '[["files-passed-over", 5, 4, 1, ($ARGS.positional | sort)]]' --args \
+        cohort.csv ro-crate-metadata.json "$table" "$scores" "$file")" 'which is told'
+like "$(json '.warnings[0].detail')" 'cohort\.csv' 'by its names'
+post /v1/imports --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip'
+is "$STATUS $(json '.warnings | tojson')" '200 []' 'the whole study has no such warning'
+file=$(jq -r '.surfaces[0].file' "$SCRATCH/open/srnfd-study.json")
+touched "$file"
+is "$STATUS $(json '.refused[0] | "\(.file) \(.code)"')" "422 $file not-as-described" \
+    'a changed surface is refused also where it is there already'
+jq 'del(.files, .cohort.sha256)' "$SCRATCH/open/srnfd-study.json" >"$SCRATCH/older.json"
+cp "$SCRATCH/older.json" "$SCRATCH/open/srnfd-study.json"
+touched cohort.csv
+is "$STATUS $(json '.warnings | tojson')" '200 []' 'an archive of an older version has no digests of files'
 
 for pid in "$FIFTH" "$FOURTH" "$FIRST" "$SECOND" "$THIRD"; do
     if stop_server "$pid"; then

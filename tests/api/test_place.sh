@@ -168,6 +168,8 @@ for entry in manifest['surfaces']:
     kept.append(entry)
 manifest['surfaces'] = kept
 manifest['jobs'] = []
+manifest.pop('files', None)
+manifest['cohort'].pop('sha256', None)
 if version == 'old':
     members = json.loads(manifest['cohort']['members'])
     for member in members:

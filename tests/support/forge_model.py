@@ -4,7 +4,7 @@
 WHAT is record (no object), infinite (a number of the mean field), huge (a score), downward (an eigenvalue), negative (a
 calibrated norm), parts (which the numbers do not fit), mean (a surface that nobody has), degree (that of the model), alone
 (the model without its surfaces), replace (the first match of a regular expression in the record, by another text) or
-everywhere (all matches). An id is a hash that anybody can make.
+everywhere (all matches). An id is a hash that anybody can make, and so are the digests of the manifest.
 """
 
 import hashlib
@@ -60,6 +60,7 @@ def main(source, target, what, pattern="", by=""):
     with zipfile.ZipFile(packed, "w") as archive:
         for name, array in arrays.items():
             archive.writestr(name, bytes(array))
+    study["files"][model["file"]] = hashlib.sha256(packed.getvalue()).hexdigest()
     listed = {one["file"] for kind in ("meshes", "surfaces", "jobs") for one in study[kind]}
     with zipfile.ZipFile(target, "w") as archive:
         archive.writestr("srnfd-study.json", json.dumps(study))
