@@ -210,20 +210,6 @@ static void respond_beyond(struct api_call *call)
                           "sent fill its share of the disk; try again when one has been taken.");
 }
 
-static bool take_room(void *user, size_t bytes)
-{
-    struct export *export = user;
-    const struct api_share *share = &export->study.call->request->disk;
-
-    export->beyond = share->hold && !share->hold(share->of, bytes);
-    if (export->beyond) {
-        return false;
-    }
-    export->held += bytes;
-    export->full = !store_scratch_fits(export_store(export), (int64_t)bytes);
-    return !export->full;
-}
-
 static void give_room_back(struct export *export)
 {
     const struct api_share *share = &export->study.call->request->disk;
@@ -232,6 +218,21 @@ static void give_room_back(struct export *export)
         share->release(share->of, export->held);
     }
     export->held = 0;
+}
+
+static bool take_room(void *user, size_t bytes)
+{
+    struct export *export = user;
+    const struct api_share *share = &export->study.call->request->disk;
+
+    export->beyond = share->hold && !share->hold(share->of, bytes);
+    if (export->beyond) {
+        give_room_back(export); /* at once, so that another that is being written goes on */
+        return false;
+    }
+    export->held += bytes;
+    export->full = !store_scratch_fits(export_store(export), (int64_t)bytes);
+    return !export->full;
 }
 
 /* The file could not be written: whether prepared meshes gave way, for twice its bytes so far, and
