@@ -21,7 +21,7 @@ static int fail(struct gltf *gltf, size_t number, const char *what)
     return srnf_fail(gltf->reader->error, SRNF_EPARSE, (int64_t)number, "glTF %s", what);
 }
 
-/* What is named by many must not take long to look into: glTF knows 12 members of an accessor, and 8
+/* What many may name must not take long to look into: glTF knows 12 members of an accessor, and 8
    of a view. */
 static bool is_crowded(const struct json *json, enum gltf_table table, uint32_t entry)
 {

@@ -200,8 +200,8 @@ static void test_ceiling(void **state)
 
 /* ---- Files of many small parts --------------------------------------------------------------- */
 
-/* A mesh of so many such primitives, which so many nodes show. Accessor 0 has 12 vertices, 1 none, 2
-   is 36 corners, all of them vertex 0. `members` stand in accessor 0, too. */
+/* A mesh of so many such primitives, which so many nodes show. Accessor 0 has 12 vertices, 1 none;
+   2 is 36 corners, all of them vertex 0. `members` stand in accessor 0, too. */
 static void put_scene(size_t nodes, size_t primitives, const char *primitive, size_t members,
                       struct srnf_buffer *out)
 {
