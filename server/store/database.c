@@ -16,6 +16,7 @@
  *
  * Lock: readers.mutex (rank 41), never held while SQLite runs.
  */
+#include "store/fold.h"
 #include "store/internal.h"
 
 #include <stdio.h>
@@ -42,7 +43,7 @@ static int connect(const char *path, int flags, sqlite3 **db)
         sqlite3_db_config(*db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
         sqlite3_db_config(*db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
         status = store_map(*db, sqlite3_exec(*db, "PRAGMA cell_size_check = ON", NULL, NULL, NULL));
-        status = status == STORE_OK ? store_fold_define(*db) : status;
+        status = status == STORE_OK ? store_map(*db, store_fold_define(*db)) : status;
     }
     return status;
 }

@@ -6,7 +6,7 @@
  * A letter with its marks is one character before (Unicode's form NFC, by utf8proc), so that names
  * as macOS writes them, in the form NFD, are found by what a keyboard gives.
  */
-#include "store/internal.h"
+#include "store/fold.h"
 
 #include <locale.h>
 #include <stdlib.h>
@@ -153,7 +153,7 @@ int store_fold_define(sqlite3 *db)
 {
     locale_t letters = newlocale(LC_CTYPE_MASK, "C.UTF-8", (locale_t)0);
 
-    return store_map(db, sqlite3_create_function_v2(
-                             db, "folded", 1, SQLITE_UTF8 | SQLITE_DETERMINISTIC | SQLITE_INNOCUOUS,
-                             letters, folded, NULL, NULL, forget));
+    return sqlite3_create_function_v2(db, "folded", 1,
+                                      SQLITE_UTF8 | SQLITE_DETERMINISTIC | SQLITE_INNOCUOUS,
+                                      letters, folded, NULL, NULL, forget);
 }

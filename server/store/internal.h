@@ -269,9 +269,6 @@ typedef int store_page_row(void *argument, sqlite3_stmt *row, bool *more);
 int store_page_walk(struct store *store, const struct store_listing *listing,
                     const struct store_page *page, store_page_row *row, void *argument);
 
-/* Defines folded(text) for statements of the connection (fold.c). */
-int store_fold_define(sqlite3 *db);
-
 /* ---- Blobs (blob.c) -------------------------------------------------------------------------- */
 
 /* Content on its way into the store. */

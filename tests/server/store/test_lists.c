@@ -16,6 +16,7 @@
 
 #include "fixture.h"
 #include "store/cohort.h"
+#include "store/fold.h"
 #include "store/internal.h"
 #include "store/model.h"
 #include "store/page.h"
@@ -322,7 +323,7 @@ static void lists_are_what_a_plain_search_finds(void **state)
     fill(fixture, 120);
     fixture_reopen(fixture);
     db = open_database(fixture);
-    assert_int_equal(store_fold_define(db), STORE_OK);
+    assert_int_equal(store_fold_define(db), SQLITE_OK);
     for (size_t r = 0; r < REQUESTS; r++) {
         for (size_t k = 0; k < KINDS; k++) {
             for (size_t o = 0; o < 3 && strstr(requests[r].kinds, kinds[k].name); o++) {
@@ -438,7 +439,7 @@ static void pages_come_from_indexes(void **state)
     fill(fixture, rows);
     fixture_reopen(fixture);
     db = open_database(fixture);
-    assert_int_equal(store_fold_define(db), STORE_OK);
+    assert_int_equal(store_fold_define(db), SQLITE_OK);
     for (size_t r = 0; r < REQUESTS; r++) {
         for (size_t k = 0; k < KINDS; k++) {
             for (size_t o = 0; o < 2 && strstr(requests[r].kinds, kinds[k].name); o++) {
