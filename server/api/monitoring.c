@@ -5,7 +5,10 @@
  * database can be read, the queue has room, every worker lives, the file of tokens can be read, and
  * the file system keeps its floor of free space. Each is one row of the table below; where one
  * fails the answer is 503 not-ready, and says which and why. The write is a real one, with its
- * fsync, so its outcome is kept for PROBE_MS: asking often costs the disk nothing.
+ * fsync, so its outcome is kept for PROBE_MS: asking often costs the disk nothing. Nor does a
+ * monitor wait for its turn among the writes of others: a write that is not through after WAIT_MS
+ * goes on by itself, and the store counts as writable if the last one is no longer ago than
+ * LATE_MS.
  *
  * /metrics writes what the layers count (metrics.h), and beside it what is only measured when asked
  * for, in a registry made for this answer.
@@ -29,6 +32,8 @@
 #include <time.h>
 
 #define PROBE_MS 500
+#define WAIT_MS 40
+#define LATE_MS 10000
 #define WHY_MAX 160
 
 static int64_t monotonic_ms(void)
@@ -43,18 +48,30 @@ static int64_t monotonic_ms(void)
 
 static int probe_write(struct api *api)
 {
-    int64_t now = monotonic_ms();
-    bool fresh;
+    int64_t now = monotonic_ms(), age;
+    bool answered = false;
     int status;
 
     (void)pthread_mutex_lock(&api->probe.mutex);
     status = api->probe.status;
-    fresh = api->probe.at_ms > 0 && now - api->probe.at_ms < PROBE_MS;
+    age = api->probe.at_ms > 0 ? now - api->probe.at_ms : INT64_MAX;
     (void)pthread_mutex_unlock(&api->probe.mutex);
-    if (fresh) {
+    if (age < PROBE_MS) {
         return status;
     }
-    status = store_probe(api->config.store);
+    if (status == STORE_OK && age < LATE_MS) {
+        int late = store_probe(api->config.store, WAIT_MS, &answered);
+
+        if (!answered) {
+            return STORE_OK;
+        }
+        status = late;
+    } else {
+        status = store_probe(api->config.store, LATE_MS, &answered);
+        if (!answered) {
+            return STORE_BUSY;
+        }
+    }
     (void)pthread_mutex_lock(&api->probe.mutex);
     api->probe.status = status;
     api->probe.at_ms = monotonic_ms();
@@ -76,7 +93,9 @@ static bool check_write(struct api *api, char why[WHY_MAX])
 {
     int status = probe_write(api);
 
-    (void)snprintf(why, WHY_MAX, "a write does not get through: %s", store_strerror(status));
+    (void)snprintf(why, WHY_MAX, "a write does not get through: %s",
+                   status == STORE_BUSY ? "others have been before it for ten seconds"
+                                        : store_strerror(status));
     return status == STORE_OK;
 }
 

@@ -39,10 +39,30 @@ struct store_maps;  /* store/surface.h */
    the database. */
 #define STORE_BUSY_TIMEOUT_MS 5000
 
-struct store_write;
-
 enum { STORE_BEGIN, STORE_COMMIT, STORE_ROLLBACK, STORE_SAVEPOINT, STORE_RELEASE, STORE_STEPS };
 #define STORE_KEPT_MAX 8 /* statements */
+
+/*
+ * One write. run is called on the writer thread inside a transaction and a savepoint; a negative
+ * status undoes what it did in the database, and nothing that it did to its argument. It may be
+ * called twice: when another write of its group or the commit failed, and, if it frees, again with
+ * the reserve on a full disk. So it sets all outputs anew before it reads any, counts from nothing
+ * and leaves its inputs as they were. Blobs that run names by store_write_drop are removed from the
+ * disk once the group is committed.
+ */
+struct store_write {
+    int (*run)(struct store *store, sqlite3 *db, struct store_write *write);
+    void *argument;
+    bool frees;   /* may be done with the reserve where the disk is full */
+    bool relaxed; /* what a failure of power undoes is done again: it need not wait for the disk */
+    bool erases;  /* set by run: the log is to be emptied before the caller is woken */
+    char (*dropped)[65]; /* malloc, freed when the write is done */
+    size_t n_dropped, dropped_size;
+    int status;
+    bool done;
+    pthread_cond_t finished;
+    struct store_write *next;
+};
 
 struct store_writer {
     sqlite3 *db;
@@ -58,6 +78,8 @@ struct store_writer {
     pthread_cond_t wake;             /* a write is queued, or closing */
     struct store_write *head, *tail; /* in order of arrival */
     bool closing;
+    struct store_write probe; /* of store_write_probe */
+    bool probing;             /* it was queued once */
     /* Of the writer thread alone: length of the log and how much of it has been copied, in pages;
        whether anything was committed since the last checkpoint. */
     int pages, pages_copied;
@@ -126,28 +148,6 @@ void store_recent_keep(struct store_recent *recent, uint64_t age, const char *id
 
 /* ---- Writing (writer.c) ---------------------------------------------------------------------- */
 
-/*
- * One write. run is called on the writer thread inside a transaction and a savepoint; a negative
- * status undoes what it did in the database, and nothing that it did to its argument. It may be
- * called twice: when another write of its group or the commit failed, and, if it frees, again with
- * the reserve on a full disk. So it sets all outputs anew before it reads any, counts from nothing
- * and leaves its inputs as they were. Blobs that run names by store_write_drop are removed from the
- * disk once the group is committed.
- */
-struct store_write {
-    int (*run)(struct store *store, sqlite3 *db, struct store_write *write);
-    void *argument;
-    bool frees;   /* may be done with the reserve where the disk is full */
-    bool relaxed; /* what a failure of power undoes is done again: it need not wait for the disk */
-    bool erases;  /* set by run: the log is to be emptied before the caller is woken */
-    char (*dropped)[65]; /* malloc, freed when the write is done */
-    size_t n_dropped, dropped_size;
-    int status;
-    bool done;
-    pthread_cond_t finished;
-    struct store_write *next;
-};
-
 /* To be called by run: the blob's row has gone, and its file goes after the commit. */
 int store_write_drop(struct store_write *write, const char *hash);
 
@@ -169,6 +169,13 @@ int store_write_relaxed(struct store *store,
 int store_write_freeing(struct store *store,
                         int (*run)(struct store *, sqlite3 *, struct store_write *),
                         void *argument);
+
+/* The same for a write without argument that only asks whether one gets through, and whose caller
+   waits so long at most: *answered is false where it is still on its way. Those who ask meanwhile
+   wait for the same one. */
+int store_write_probe(struct store *store,
+                      int (*run)(struct store *, sqlite3 *, struct store_write *), int64_t wait_ms,
+                      bool *answered);
 
 /* ---- Several as one (batch.c) ---------------------------------------------------------------- */
 

@@ -96,7 +96,7 @@ static int run_probe(struct store *store, sqlite3 *db, struct store_write *write
     return status == STORE_OK ? store_execute(db, NULL, sql, "") : status;
 }
 
-int store_probe(struct store *store)
+int store_probe(struct store *store, int64_t wait_ms, bool *answered)
 {
-    return store_write(store, run_probe, NULL);
+    return store_write_probe(store, run_probe, wait_ms, answered);
 }

@@ -4,6 +4,7 @@
 #ifndef SRNFD_STORE_USAGE_H
 #define SRNFD_STORE_USAGE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -11,8 +12,9 @@
 
 struct store;
 
-/* Whether a write gets through to the disk: commits one that changes nothing. */
-int store_probe(struct store *store);
+/* Whether a write gets through to the disk: commits one that changes nothing. Waits so long at
+   most; *answered is false where others are before it. */
+int store_probe(struct store *store, int64_t wait_ms, bool *answered);
 
 struct store_usage {
     int64_t database, log, blobs, prepared; /* bytes */

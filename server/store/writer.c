@@ -268,6 +268,18 @@ static int count_pages(void *user, sqlite3 *db, const char *name, int pages)
     return SQLITE_OK;
 }
 
+static struct timespec from_now(int64_t ms)
+{
+    struct timespec until;
+
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_sec += ms / 1000;
+    until.tv_nsec += ms % 1000 * 1000000L;
+    until.tv_sec += until.tv_nsec / 1000000000L;
+    until.tv_nsec %= 1000000000L;
+    return until;
+}
+
 /* Waits for writes, for at most IDLE_MS where there is something to do without them: the log is
    dirty, or the reserve is missing. Returns with the mutex held; false: timed out. */
 static bool wait_for_writes(struct store *store)
@@ -277,10 +289,7 @@ static bool wait_for_writes(struct store *store)
     struct timespec until;
     bool timed_out = false;
 
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_nsec += IDLE_MS * 1000000L;
-    until.tv_sec += until.tv_nsec / 1000000000L;
-    until.tv_nsec %= 1000000000L;
+    until = from_now(IDLE_MS);
     while (!writer->head && !writer->closing && !timed_out) {
         if (timed) {
             timed_out = pthread_cond_timedwait(&writer->wake, &writer->mutex, &until) == ETIMEDOUT;
@@ -316,7 +325,7 @@ static void wake_callers(struct store_writer *writer, struct store_write *list)
         /* A write that is done may vanish with its caller's stack as soon as the mutex is free. */
         next = write->next;
         write->done = true;
-        pthread_cond_signal(&write->finished);
+        pthread_cond_broadcast(&write->finished);
     }
     pthread_mutex_unlock(&writer->mutex);
 }
@@ -370,12 +379,14 @@ int store_writer_start(struct store *store)
     pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
     pthread_mutex_init(&writer->mutex, NULL);
     pthread_cond_init(&writer->wake, &attributes);
+    pthread_cond_init(&writer->probe.finished, &attributes);
     pthread_condattr_destroy(&attributes);
     sqlite3_wal_hook(writer->db, count_pages, writer);
     writer->started = pthread_create(&writer->thread, NULL, writer_main, store) == 0;
     if (!writer->started) {
         finalize_all(writer);
         pthread_cond_destroy(&writer->wake);
+        pthread_cond_destroy(&writer->probe.finished);
         pthread_mutex_destroy(&writer->mutex);
         return STORE_NOMEM;
     }
@@ -395,9 +406,22 @@ void store_writer_stop(struct store *store)
     pthread_mutex_unlock(&writer->mutex);
     pthread_join(writer->thread, NULL);
     pthread_cond_destroy(&writer->wake);
+    pthread_cond_destroy(&writer->probe.finished);
     pthread_mutex_destroy(&writer->mutex);
     finalize_all(writer);
     writer->started = false;
+}
+
+/* Puts the write at the end of the queue; the mutex is held. */
+static void enqueue(struct store_writer *writer, struct store_write *write)
+{
+    if (writer->tail) {
+        writer->tail->next = write;
+    } else {
+        writer->head = write;
+    }
+    writer->tail = write;
+    pthread_cond_signal(&writer->wake);
 }
 
 /* Queues the write and sleeps until it is done. */
@@ -408,13 +432,7 @@ static int queue_and_wait(struct store *store, struct store_write *write)
     pthread_cond_init(&write->finished, NULL);
     pthread_mutex_lock(&writer->mutex);
     if (!writer->closing) {
-        if (writer->tail) {
-            writer->tail->next = write;
-        } else {
-            writer->head = write;
-        }
-        writer->tail = write;
-        pthread_cond_signal(&writer->wake);
+        enqueue(writer, write);
         while (!write->done) {
             pthread_cond_wait(&write->finished, &writer->mutex);
         }
@@ -449,4 +467,32 @@ int store_write_freeing(struct store *store,
         .run = run, .argument = argument, .frees = true, .status = STORE_CLOSED};
 
     return queue_and_wait(store, &write);
+}
+
+/* The write is the writer's own, since it goes on when its callers have left. */
+int store_write_probe(struct store *store,
+                      int (*run)(struct store *, sqlite3 *, struct store_write *), int64_t wait_ms,
+                      bool *answered)
+{
+    struct store_writer *writer = &store->writer;
+    struct store_write *probe = &writer->probe;
+    struct timespec until = from_now(wait_ms);
+    int status = STORE_CLOSED;
+
+    pthread_mutex_lock(&writer->mutex);
+    if (!writer->closing && (!writer->probing || probe->done)) {
+        writer->probing = true;
+        probe->run = run;
+        probe->status = STORE_CLOSED;
+        probe->done = false;
+        probe->next = NULL;
+        enqueue(writer, probe);
+    }
+    while (!writer->closing && !probe->done &&
+           pthread_cond_timedwait(&probe->finished, &writer->mutex, &until) != ETIMEDOUT) {
+    }
+    *answered = writer->closing || probe->done;
+    status = probe->done ? probe->status : status;
+    pthread_mutex_unlock(&writer->mutex);
+    return status;
 }

@@ -13,6 +13,24 @@ is "$STATUS $(json '[.checks[]] | unique | length')" '200 1' 'a service at rest 
 is "$(json '.checks | keys | join(" ")')" \
     'databaseReadable queueAccepting spaceLeft storeWritable tokensReadable workersAlive' 'and says what it looked at'
 
+# One who writes for two seconds keeps writes waiting, and no monitor: here another program.
+sleep 0.6
+python3 - "$SCRATCH/data/srnfd.db" >"$SCRATCH/locked" <<'END' &
+import sqlite3, sys, time
+db = sqlite3.connect(sys.argv[1], isolation_level=None)
+db.execute("BEGIN IMMEDIATE")
+print("locked", flush=True)
+time.sleep(2)
+db.execute("ROLLBACK")
+END
+locker=$!
+until [ -s "$SCRATCH/locked" ]; do sleep 0.02; done
+begun=$(date +%s%N)
+get /readyz
+compare "$((($(date +%s%N) - begun) / 1000000))" '<' 1000 'a monitor does not wait for the writes of others, ms'
+is "$STATUS" 200 'and the service is ready'
+wait "$locker"
+
 post '/v1/meshes?format=ply' --data-binary @tests/data/aal_subcortex/L_thalamus.ply
 left=$(json .id)
 post '/v1/meshes?format=ply' --data-binary @tests/data/aal_subcortex/R_thalamus.ply
