@@ -91,7 +91,7 @@ static void attempt(struct api_call *call, edit_function *edit, const void *what
         (void)refuse_memory(call);
         goto out;
     }
-    status = store_cohort_replace(store, old.name, old.digest, &cohort, &changed, &missing);
+    status = store_cohort_replace(store, &old, &cohort, &changed, &missing);
     *again = status == STORE_CONFLICT && changed && !last;
     if (status == STORE_OK) {
         respond_changed(call, &cohort, warnings);

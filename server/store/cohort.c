@@ -10,7 +10,9 @@
 #include "store/internal.h"
 #include "store/batch.h"
 #include "store/cohort.h"
+#include "store/cohort_list.h"
 #include "store/digest.h"
+#include "store/holdings.h"
 #include "store/page.h"
 #include "store/store.h"
 
@@ -49,8 +51,9 @@ static int read_members(sqlite3 *db, struct store_cohort *cohort)
     sqlite3_stmt *rows = NULL;
     size_t n = 0;
     int status = store_prepare(db, &rows,
-                               "SELECT coalesce(mesh, surface) FROM cohort_member "
-                               "WHERE owner = ? AND cohort = ? ORDER BY position",
+                               "SELECT coalesce(mesh, surface) FROM cohort JOIN cohort_member AS "
+                               "member ON member.list = cohort.list "
+                               "WHERE owner = ? AND name = ? ORDER BY position",
                                "tt", cohort->owner, cohort->name);
 
     cohort->members = calloc(cohort->n_members + 1, sizeof *cohort->members);
@@ -127,68 +130,64 @@ int store_cohort_owners(struct store *store, const char *name, char (*owners)[ST
                            owners, most, count);
 }
 
+/* What a change is decided by: the owner's cohort of that name without its text. */
+static int read_state(sqlite3 *db, const char *owner, const char *name, struct store_cohort *held)
+{
+    sqlite3_stmt *row = NULL;
+    int status = store_prepare(db, &row,
+                               "SELECT digest, created_ms FROM cohort WHERE owner = ? AND name = ?",
+                               "tt", owner, name);
+
+    *held = (struct store_cohort){.record = NULL};
+    if (status == STORE_OK) {
+        status = store_step(db, row);
+    }
+    if (status == STORE_OK) {
+        store_column_id(row, 0, held->digest, sizeof held->digest);
+        held->created_ms = sqlite3_column_int64(row, 1);
+    }
+    sqlite3_finalize(row);
+    return status;
+}
+
 struct put {
     const struct store_cohort *cohort;
+    const struct store_list *list; /* with its members; NULL: they are to be written */
     int64_t now;
     bool created;
     size_t missing;
     int64_t created_ms;
 };
 
-#define ADD_MEMBER(kind)                                                                   \
-    "INSERT INTO cohort_member (owner, cohort, position, " kind ") SELECT ?1, ?2, ?3, id " \
-    "FROM " kind " WHERE id = ?4 AND (?5 OR EXISTS "                                       \
-    "(SELECT 1 FROM owned WHERE owned.owner = ?1 AND owned.id = ?4))"
-
-/* Adds the member's row where the mesh or surface exists and its owner may name it. The statement
-   has owner, name and view bound. */
-static int add_member(sqlite3 *db, sqlite3_stmt *add, const char *id, size_t position)
+/* Gives the members that are to be written, or those of a list that was filled, a list of the
+   cohort. */
+static int make_list(struct store *store, sqlite3 *db, const struct store_cohort *cohort,
+                     const char *owner, const struct store_list *filled, int64_t *list,
+                     size_t *missing)
 {
     int status;
 
-    if (sqlite3_reset(add) != SQLITE_OK ||
-        sqlite3_bind_int64(add, 3, (sqlite3_int64)position) != SQLITE_OK ||
-        sqlite3_bind_text(add, 4, id, -1, SQLITE_STATIC) != SQLITE_OK) {
-        return store_map(db, sqlite3_errcode(db));
+    if (filled) {
+        *list = filled->number;
+        return store_list_take(store, db, filled, cohort, owner, missing);
     }
-    status = store_step(db, add);
-    return status == STORE_NOT_FOUND && sqlite3_changes(db) > 0 ? STORE_OK : status;
+    status = store_list_next(db, list);
+    return status == STORE_OK
+               ? store_list_add(db, *list, cohort, owner, 0, cohort->n_members, missing)
+               : status;
 }
 
-/* The rows of all members, with two statements for all: a cohort may have 100,000. */
-static int add_members(sqlite3 *db, const struct store_cohort *cohort, const char *owner,
-                       size_t *missing)
+static int insert_cohort(struct store *store, sqlite3 *db, struct put *put, const char *owner)
 {
-    const int64_t all = cohort->view.all;
-    sqlite3_stmt *add[2] = {NULL};
-    int status = store_prepare(db, &add[0], ADD_MEMBER("mesh"), "ttiti", owner, cohort->name,
-                               INT64_C(0), "", all);
+    const struct store_cohort *cohort = put->cohort;
+    int64_t list = 0;
+    int status = make_list(store, db, cohort, owner, put->list, &list, &put->missing);
 
     if (status == STORE_OK) {
-        status = store_prepare(db, &add[1], ADD_MEMBER("surface"), "ttiti", owner, cohort->name,
-                               INT64_C(0), "", all);
-    }
-    for (size_t i = 0; status == STORE_OK && i < cohort->n_members; i++) {
-        bool surface = strncmp(cohort->members[i], "surf-", 5) == 0;
-
-        *missing = i;
-        status = add_member(db, add[surface], cohort->members[i], i);
-    }
-    sqlite3_finalize(add[0]);
-    sqlite3_finalize(add[1]);
-    return status;
-}
-
-static int insert_cohort(sqlite3 *db, const struct store_cohort *cohort, const char *owner,
-                         int64_t created_ms, size_t *missing)
-{
-    int status =
-        store_execute(db, NULL, "INSERT INTO cohort (" COLUMNS ") VALUES (?, ?, ?, ?, ?, ?)",
-                      "tttiit", cohort->name, cohort->record, cohort->digest,
-                      (int64_t)cohort->n_members, created_ms, owner);
-
-    if (status == STORE_OK) {
-        status = add_members(db, cohort, owner, missing);
+        status = store_execute(
+            db, NULL, "INSERT INTO cohort (list, " COLUMNS ") VALUES (?, ?, ?, ?, ?, ?, ?)",
+            "itttiit", list, cohort->name, cohort->record, cohort->digest,
+            (int64_t)cohort->n_members, put->now, owner);
     }
     return status == STORE_OK ? store_owner_check(db, owner, 0) : status;
 }
@@ -199,35 +198,79 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
     const struct store_cohort *cohort = put->cohort;
     const char *owner = cohort->view.owner ? cohort->view.owner : "";
     struct store_cohort held;
-    int status = read_row(db, owner, cohort->name, &held);
+    int status = read_state(db, owner, cohort->name, &held);
 
-    (void)store;
     put->created = false;
+    put->missing = 0;
     if (status == STORE_OK) {
-        status = strcmp(held.digest, cohort->digest) == 0 ? STORE_OK : STORE_CONFLICT;
         put->created_ms = held.created_ms;
-        store_cohort_clear(&held);
-        return status;
+        return strcmp(held.digest, cohort->digest) == 0 ? STORE_OK : STORE_CONFLICT;
     }
     if (status == STORE_NOT_FOUND) {
         status = store_owner_limit(db, owner, cohort->bytes_max);
     }
     if (status == STORE_OK) {
-        status = insert_cohort(db, cohort, owner, put->now, &put->missing);
+        status = insert_cohort(store, db, put, owner);
     }
     put->created = status == STORE_OK;
     put->created_ms = put->now;
     return status;
 }
 
+/* As migrations/0008_quotas.sql counts a cohort. */
+static int64_t bytes_of(const struct store_cohort *cohort)
+{
+    return 1024 + 512 * (int64_t)cohort->n_members + (int64_t)strlen(cohort->record);
+}
+
+/* Whether a long list is worth to be filled: STORE_NOT_FOUND: it is; otherwise what the put would
+   answer. */
+static int foresee(struct store *store, struct put *put, const char *owner)
+{
+    const struct store_cohort *cohort = put->cohort;
+    struct store_reader *reader = NULL;
+    struct store_cohort held;
+    int64_t bytes = 0, most = 0;
+    int status = store_reader_take(store, &reader);
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = read_state(reader->db, owner, cohort->name, &held);
+    store_reader_return(store, reader);
+    if (status == STORE_OK) {
+        put->created_ms = held.created_ms;
+        return strcmp(held.digest, cohort->digest) == 0 ? STORE_OK : STORE_CONFLICT;
+    }
+    if (status == STORE_NOT_FOUND && store_owner_bytes(store, owner, &bytes, &most) == STORE_OK) {
+        most = cohort->bytes_max < 0 ? most : cohort->bytes_max;
+        status = most > 0 && bytes > most - bytes_of(cohort) ? STORE_QUOTA : status;
+    }
+    return status;
+}
+
 int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *created,
                      size_t *missing)
 {
+    const char *owner = cohort->view.owner ? cohort->view.owner : "";
     struct put put = {.cohort = cohort, .now = store_now_ms()};
-    int status;
+    struct store_list list = {0};
+    int status = STORE_NOT_FOUND;
 
     store_sha256_hex(cohort->digest, cohort->record, strlen(cohort->record));
-    status = store_write(store, run_put, &put);
+    if (cohort->n_members > STORE_LIST_PIECE) {
+        status = foresee(store, &put, owner);
+        if (status == STORE_NOT_FOUND) {
+            status = store_list_fill(store, cohort, owner, &list, &put.missing);
+            put.list = status == STORE_OK ? &list : NULL;
+        }
+    }
+    if (cohort->n_members <= STORE_LIST_PIECE || put.list) {
+        status = store_write(store, run_put, &put);
+    }
+    if (put.list && !put.created) {
+        store_list_abandon(store, &list);
+    }
     *created = status == STORE_OK && put.created;
     *missing = put.missing;
     cohort->created_ms = put.created_ms;
@@ -237,53 +280,112 @@ int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *cre
 /* ---- Changing -------------------------------------------------------------------------------- */
 
 struct replacement {
+    const struct store_cohort *old;
     struct store_cohort *cohort;
-    const char *name, *digest;
+    const struct store_list *list; /* as of struct put */
+    bool same;                     /* members: their list stays */
     size_t missing;
-    bool changed;
+    bool changed, left;
 };
 
-static int run_replace(struct store *store, sqlite3 *db, struct store_write *write)
+static bool same_members(const struct store_cohort *one, const struct store_cohort *other)
 {
-    struct replacement *replacement = write->argument;
-    struct store_cohort *cohort = replacement->cohort, held, other = {.record = NULL};
-    const char *owner = cohort->owner;
-    int status = read_row(db, owner, replacement->name, &held);
+    size_t i = 0;
 
-    (void)store;
+    while (i < one->n_members && i < other->n_members &&
+           strcmp(one->members[i], other->members[i]) == 0) {
+        i++;
+    }
+    return i == one->n_members && i == other->n_members;
+}
+
+/* Whether the cohort is still the one that was read, and its new name free. */
+static int check_replaced(sqlite3 *db, struct replacement *replacement)
+{
+    const struct store_cohort *old = replacement->old;
+    struct store_cohort *cohort = replacement->cohort, held, other;
+    int status = read_state(db, cohort->owner, old->name, &held);
+
     replacement->changed = false;
+    cohort->created_ms = 0;
     if (status != STORE_OK) {
         return status;
     }
     cohort->created_ms = held.created_ms;
-    replacement->changed = strcmp(held.digest, replacement->digest) != 0;
-    store_cohort_clear(&held);
+    replacement->changed = strcmp(held.digest, old->digest) != 0;
     if (replacement->changed) {
         return STORE_CONFLICT;
     }
-    if (strcmp(replacement->name, cohort->name) != 0) {
-        status = read_row(db, owner, cohort->name, &other);
-        store_cohort_clear(&other);
-        if (status != STORE_NOT_FOUND) {
-            return status == STORE_OK ? STORE_CONFLICT : status;
-        }
-        status = STORE_OK;
+    if (strcmp(old->name, cohort->name) != 0) {
+        status = read_state(db, cohort->owner, cohort->name, &other);
+        status = status == STORE_OK ? STORE_CONFLICT : status;
     }
-    status = store_execute(db, NULL, "DELETE FROM cohort WHERE owner = ? AND name = ?", "tt", owner,
-                           replacement->name);
-    return status == STORE_OK
-               ? insert_cohort(db, cohort, owner, cohort->created_ms, &replacement->missing)
-               : status;
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
 }
 
-int store_cohort_replace(struct store *store, const char *name, const char *digest,
+static int run_replace(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct replacement *replacement = write->argument;
+    const struct store_cohort *cohort = replacement->cohort;
+    const char *owner = cohort->owner;
+    int64_t list = 0;
+    int status = check_replaced(db, replacement);
+
+    replacement->missing = 0;
+    replacement->left = false;
+    if (status == STORE_OK && !replacement->same) {
+        status =
+            make_list(store, db, cohort, owner, replacement->list, &list, &replacement->missing);
+    }
+    if (status == STORE_OK) {
+        status = store_execute(db, NULL,
+                               "UPDATE cohort SET name = ?3, digest = ?4, members = ?5, "
+                               "record = ?6, list = iif(?7, ?7, list) "
+                               "WHERE owner = ?1 AND name = ?2",
+                               "ttttiti", owner, replacement->old->name, cohort->name,
+                               cohort->digest, (int64_t)cohort->n_members, cohort->record, list);
+    }
+    if (status == STORE_OK) {
+        status = store_owner_check(db, owner, 0);
+    }
+    return status == STORE_OK ? store_lists_empty(db, &replacement->left) : status;
+}
+
+/* Refuses before a long list is filled what the owner may not hold. */
+static int foresee_replaced(struct store *store, const struct replacement *replacement)
+{
+    int64_t more = bytes_of(replacement->cohort) - bytes_of(replacement->old), bytes, most;
+    int status = store_owner_bytes(store, replacement->cohort->owner, &bytes, &most);
+
+    return status == STORE_OK && most > 0 && bytes > most - more ? STORE_QUOTA : status;
+}
+
+int store_cohort_replace(struct store *store, const struct store_cohort *old,
                          struct store_cohort *cohort, bool *changed, size_t *missing)
 {
-    struct replacement replacement = {.cohort = cohort, .name = name, .digest = digest};
-    int status;
+    struct replacement replacement = {
+        .old = old, .cohort = cohort, .same = same_members(old, cohort)};
+    struct store_list list = {0};
+    int status = STORE_OK;
 
     store_sha256_hex(cohort->digest, cohort->record, strlen(cohort->record));
-    status = store_write(store, run_replace, &replacement);
+    if (!replacement.same && cohort->n_members > STORE_LIST_PIECE) {
+        cohort->created_ms = old->created_ms;
+        status = foresee_replaced(store, &replacement);
+        if (status == STORE_OK) {
+            status = store_list_fill(store, cohort, cohort->owner, &list, &replacement.missing);
+            replacement.list = status == STORE_OK ? &list : NULL;
+        }
+    }
+    if (status == STORE_OK) {
+        status = store_write(store, run_replace, &replacement);
+        if (status != STORE_OK && replacement.list) {
+            store_list_abandon(store, &list);
+        }
+    }
+    if (status == STORE_OK && replacement.left) {
+        store_lists_sweep(store);
+    }
     *changed = replacement.changed;
     *missing = replacement.missing;
     return status;
@@ -340,11 +442,12 @@ int store_batch_add_cohort(struct store_batch *batch, struct store_cohort *cohor
 
 struct deletion {
     const char *owner, *name, *digest;
+    bool left;
 };
 
 static int run_delete(struct store *store, sqlite3 *db, struct store_write *write)
 {
-    const struct deletion *deletion = write->argument;
+    struct deletion *deletion = write->argument;
     size_t changed = 0;
     int status = store_execute(db, &changed,
                                "DELETE FROM cohort WHERE owner = ?1 AND name = ?2 "
@@ -352,15 +455,22 @@ static int run_delete(struct store *store, sqlite3 *db, struct store_write *writ
                                "ttt", deletion->owner, deletion->name, deletion->digest);
 
     (void)store;
-    return status == STORE_OK && changed == 0 ? STORE_NOT_FOUND : status;
+    if (status == STORE_OK && changed == 0) {
+        return STORE_NOT_FOUND;
+    }
+    return status == STORE_OK ? store_lists_empty(db, &deletion->left) : status;
 }
 
 int store_cohort_delete_as(struct store *store, const char *owner, const char *name,
                            const char *digest)
 {
     struct deletion deletion = {.owner = owner ? owner : "", .name = name, .digest = digest};
+    int status = store_write_freeing(store, run_delete, &deletion);
 
-    return store_write_freeing(store, run_delete, &deletion);
+    if (status == STORE_OK && deletion.left) {
+        store_lists_sweep(store);
+    }
+    return status;
 }
 
 struct list {
@@ -388,8 +498,7 @@ const struct store_listing store_cohort_listing = {
     .all = "1",
     .id = "listed.name || '/' || listed.owner",
     .name = "listed.name",
-    .mesh = "(listed.owner, listed.name) IN (SELECT owner, cohort FROM cohort_member "
-            "WHERE mesh = :mesh)",
+    .mesh = "listed.list IN (SELECT list FROM cohort_member WHERE mesh = :mesh)",
     .found = "listed.owner AS owner, listed.name AS name",
     .columns = "cohort.name, record, digest, members, created_ms, cohort.owner",
     .join = "JOIN cohort ON cohort.owner = page.owner AND cohort.name = page.name",

@@ -33,11 +33,12 @@ void store_cohort_clear(struct store_cohort *cohort);
    STORE_NOT_FOUND: member number *missing does not exist. */
 int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *created,
                      size_t *missing);
-/* Replaces the cohort `name` of cohort->owner, where its digest is this one, by the given one, that
-   may have another name; its time stays. STORE_CONFLICT: the digest is another one by now
+/* Replaces the cohort of cohort->owner that was read as `old`, where its digest is still this one,
+   by the given one, that may have another name; its time stays. Members that are the same are not
+   written again, nor looked at. STORE_CONFLICT: the digest is another one by now
    (*changed), or the new name is taken. STORE_NOT_FOUND: there is no such cohort, or member number
    *missing does not exist: in that case cohort->created_ms was set. */
-int store_cohort_replace(struct store *store, const char *name, const char *digest,
+int store_cohort_replace(struct store *store, const struct store_cohort *old,
                          struct store_cohort *cohort, bool *changed, size_t *missing);
 int store_cohort_get(struct store *store, const char *name, struct store_cohort *cohort);
 /* Names are each owner's own; the functions above are for the owner "". */

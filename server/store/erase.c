@@ -19,6 +19,7 @@
  */
 #include "store/mesh.h"
 #include "store/prepared.h"
+#include "store/cohort_list.h"
 #include "store/internal.h"
 #include "store/erase.h"
 #include "store/labels.h"
@@ -26,6 +27,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define LOOSE(kind) \
+    "DELETE FROM cohort_member WHERE " kind " = ? AND +list IN (SELECT list FROM loose_list)"
 
 /* A kind of content. A new one is a row here, a row of owned, and a trigger that removes the owned
    rows of what is removed. */
@@ -35,25 +39,26 @@ static const struct kind {
     const char
         *inherit; /* the content's row takes the description of ?2's row, its first owner now */
     const char *remove;
+    const char *loose; /* takes it out of lists that have no cohort; NULL: none names it */
 } kinds[] = {
     /* In this order: a model holds its mean surface in place. */
     {"model", "SELECT content FROM model_array WHERE model = ?",
      "UPDATE model SET record = (SELECT record FROM owned WHERE id = ?1 AND owner = ?2) "
      "WHERE id = ?1",
-     "DELETE FROM model WHERE id = ?"},
+     "DELETE FROM model WHERE id = ?", NULL},
     {"surface",
      "SELECT coefficients FROM surface WHERE id = ?1 UNION ALL "
      "SELECT content FROM surface_maps WHERE surface = ?1",
      "UPDATE surface SET (name, record) = "
      "(SELECT name, record FROM owned WHERE id = ?1 AND owner = ?2) WHERE id = ?1",
-     "DELETE FROM surface WHERE id = ?"},
+     "DELETE FROM surface WHERE id = ?", LOOSE("surface")},
     {"mesh", "SELECT content FROM mesh WHERE id = ?",
      "UPDATE mesh SET (name, source) = "
      "(SELECT name, record FROM owned WHERE id = ?1 AND owner = ?2) WHERE id = ?1",
-     "DELETE FROM mesh WHERE id = ?"},
+     "DELETE FROM mesh WHERE id = ?", LOOSE("mesh")},
     {"volume", "SELECT content FROM volume WHERE id = ?",
      "UPDATE volume SET name = (SELECT name FROM owned WHERE id = ?1 AND owner = ?2) WHERE id = ?1",
-     "DELETE FROM volume WHERE id = ?"},
+     "DELETE FROM volume WHERE id = ?", NULL},
 };
 
 #define N_KINDS (sizeof kinds / sizeof kinds[0])
@@ -78,13 +83,15 @@ static const char closure[] =
                       "SELECT goes.owner, 'job', goes.id, status IN ('accepted', 'running'), 0 "
                       "FROM goes "
                       "JOIN job ON job.id = goes.id UNION ALL "
-                      "SELECT * FROM (SELECT member.owner, 'cohort', cohort, 0, 0 FROM goes "
-                      "JOIN cohort_member AS member ON mesh = goes.id WHERE " OF(
-                          "member.owner") " UNION "
-                                          "SELECT member.owner, 'cohort', cohort, 0, 0 FROM goes "
-                                          "JOIN cohort_member AS member ON surface = goes.id "
-                                          "WHERE " OF(
-                                              "member.owner") ") UNION ALL "
+                      "SELECT * FROM (SELECT cohort.owner, 'cohort', cohort.name, 0, 0 FROM goes "
+                      "JOIN cohort_member AS member ON mesh = goes.id JOIN cohort ON cohort.list = "
+                      "member.list WHERE " OF(
+                          "cohort.owner") " UNION "
+                                          "SELECT cohort.owner, 'cohort', cohort.name, 0, 0 FROM "
+                                          "goes "
+                                          "JOIN cohort_member AS member ON surface = goes.id JOIN "
+                                          "cohort ON cohort.list = member.list WHERE " OF(
+                                              "cohort.owner") ") UNION ALL "
                                                               "SELECT DISTINCT need.owner, 'job', "
                                                               "needing, 0, 1 FROM goes "
                                                               "JOIN need ON need.id = goes.id AND "
@@ -220,6 +227,9 @@ static int remove_content(sqlite3 *db, const struct kind *kind, const char *id,
     size_t count;
     int status = find_blobs(db, kind->blobs, id, hashes, &count);
 
+    if (status == STORE_OK && kind->loose) {
+        status = store_execute(db, NULL, kind->loose, "t", id);
+    }
     if (status == STORE_OK) {
         status = store_execute(db, NULL, kind->remove, "t", id);
     }
@@ -296,7 +306,6 @@ static int run_erase(struct store *store, sqlite3 *db, struct store_write *write
     int status =
         erasure->seen ? store_labels_check(db, erasure->owner, erasure->id, erasure->seen) : 0;
 
-    (void)store;
     erasure->relabelled = status == STORE_CONFLICT;
     if (status != STORE_OK) {
         return status;
@@ -310,6 +319,7 @@ static int run_erase(struct store *store, sqlite3 *db, struct store_write *write
     if (status == STORE_OK) {
         status = erase_all(db, &plan, erasure, write);
         write->erases = true;
+        store->erasures++;
     }
     free(plan.list);
     return status;
@@ -324,6 +334,7 @@ int store_erase(struct store *store, struct store_erasure *erasure)
         status = store_mesh_drop_derived(store, erasure->id);
     }
     if (status == STORE_OK && erasure->cascade) {
+        store_lists_sweep(store);
         status = store_prepared_sweep(store, &removed);
     }
     return status;

@@ -121,6 +121,7 @@ struct store {
     struct store_recent *recent;
     struct store_prepared prepared;
     size_t encodings; /* of the writer thread: how many were put (encoding.c) */
+    size_t erasures;  /* of the writer thread: how often content was erased (erase.c) */
 };
 
 /* ---- Opening (store.c, database.c, migrate.c) ------------------------------------------------ */
@@ -255,9 +256,9 @@ struct store_listing {
 #define STORE_LISTED_BY_MESH \
     "(listed.owner, listed.id) IN (SELECT owner, needing FROM need WHERE id = :mesh)"
 /* What is a member of a cohort of that name, which the owner has, or anyone. */
-#define STORE_LISTED_BY_COHORT(kind)                                                          \
-    "listed.id IN (SELECT " kind " FROM cohort CROSS JOIN cohort_member AS member ON "        \
-    "member.owner = cohort.owner AND member.cohort = cohort.name WHERE cohort.name = :cohort" \
+#define STORE_LISTED_BY_COHORT(kind)                                                   \
+    "listed.id IN (SELECT " kind " FROM cohort CROSS JOIN cohort_member AS member ON " \
+    "member.list = cohort.list WHERE cohort.name = :cohort"                            \
     " AND (cohort.owner = :owner OR :owner IS NULL) AND " kind " IS NOT NULL)"
 
 #define STORE_PAGE_SQL_MAX 3072

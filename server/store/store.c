@@ -13,6 +13,7 @@
  * back the same way. The writer's connection is closed last of all, since the last connection
  * checkpoints the log.
  */
+#include "store/cohort_list.h"
 #include "store/internal.h"
 #include "store/files.h"
 
@@ -136,6 +137,7 @@ int store_open(struct store **out, const char *directory, char *message, size_t 
         goto out;
     }
     store_readers_start(store);
+    store_lists_recover(store);
     snprintf(message, message_size, "%s", "");
     *out = store;
 out:
