@@ -3,14 +3,14 @@
  * emptied after it has gone.
  *
  * A list of 100,000 members takes seconds, and every other write would wait for them. So a long one
- * is written in pieces, each a transaction; the last transaction, which makes the cohort, only names
- * the list. Nobody sees a list without a cohort: it stands in loose_list, and a list that a crash
- * leaves there is emptied by the next start. The pieces need not reach the disk by themselves: that
- * last commit brings all of them there.
+ * is written in pieces, each a transaction; the last transaction, which makes the cohort, only
+ * names the list. Nobody sees a list without a cohort: it stands in loose_list, and a list that a
+ * crash leaves there is emptied by the next start. The pieces need not reach the disk by
+ * themselves: that last commit brings all of them there.
  *
  * What a list names is not held before the cohort is there: a mesh or surface that is erased
- * meanwhile takes its rows in loose lists along. Where anything was erased since the list was begun,
- * the last transaction looks at all of its members once more.
+ * meanwhile takes its rows in loose lists along. Where anything was erased since the list was
+ * begun, the last transaction looks at all of its members once more.
  */
 #include "store/cohort_list.h"
 
