@@ -283,6 +283,53 @@ static void others_write_meanwhile(void **state)
     assert_int_equal(pthread_join(thread, NULL), 0);
 }
 
+struct late {
+    struct store *store;
+    struct store_cohort cohort;
+    size_t missing;
+    int status;
+};
+
+static void *put_late(void *user)
+{
+    struct late *late = user;
+    bool created;
+
+    late->status = store_cohort_put(late->store, &late->cohort, &created, &late->missing);
+    return NULL;
+}
+
+/* While a list is filled a mesh goes that it names: then there is no cohort; or the cohort was
+   first, and keeps the mesh. */
+static void an_erasure_meanwhile_is_seen(void **state)
+{
+    struct fixture *fixture = *state;
+    char ids[MESHES][STORE_ID_MAX];
+    struct store_erasure erasure = {.owner = "", .id = ids[1]};
+    struct late late = {.store = fixture->store};
+    pthread_t thread;
+    int status;
+
+    put_meshes(fixture->store, ids);
+    late.cohort = make_cohort("long", "[1]", ids, LONG);
+    assert_int_equal(pthread_create(&thread, NULL, put_late, &late), 0);
+    while (loose(fixture) == 0 && members(fixture) < LONG) {
+    }
+    status = store_erase(fixture->store, &erasure);
+    assert_int_equal(pthread_join(thread, NULL), 0);
+    if (status == STORE_OK) {
+        assert_int_equal(late.status, STORE_NOT_FOUND);
+        assert_int_equal(late.missing % MESHES, 1);
+        assert_int_equal(members(fixture), 0);
+    } else {
+        assert_int_equal(status, STORE_CONFLICT);
+        assert_int_equal(late.status, STORE_OK);
+        assert_int_equal(members(fixture), LONG);
+    }
+    assert_int_equal(loose(fixture), 0);
+    store_cohort_clear(&late.cohort);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, fixture_setup, fixture_teardown)
@@ -290,6 +337,7 @@ int main(void)
         TEST(long_cohorts_come_and_go),        TEST(what_is_said_changes_alone),
         TEST(a_missing_member_leaves_nothing), TEST(a_quota_refuses_first),
         TEST(a_crash_leaves_nothing),          TEST(others_write_meanwhile),
+        TEST(an_erasure_meanwhile_is_seen),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
