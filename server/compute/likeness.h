@@ -50,8 +50,8 @@ struct compute_likeness {
  * A member is matched with the medoid where it is further from the mean of the others than is
  * usual, the furthest first; where nothing rotates, the furthest ones in any case, and of fewer
  * than LIKENESS_MEMBERS_MIN all, for their poses alone. One that is mirrored is matched with the
- * member of the most alike coefficients as well, whose copy it may be. A match of two ventricles takes 20 to
- * 30 ms, of the sphere alone 100 ms, at any degree.
+ * member of the most alike coefficients as well, whose copy it may be. A match of two ventricles
+ * takes 20 to 30 ms, of the sphere alone 100 ms, at any degree.
  * Returns 0, or a negative status with the problem in result; compute_likeness_clear in any case.
  */
 int compute_likeness(struct jobs_run *run, const struct compute_likeness_inputs *inputs,
