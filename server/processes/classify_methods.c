@@ -23,8 +23,8 @@ static const struct srnf_method methods[CLASSIFY_METHODS] = {
 struct typicality_method classify_method_named(const struct srnf_method *method)
 {
     return (struct typicality_method){.name = method->name,
-                                      .registers = method->metric == SRNF_METRIC_SRNF ||
-                                                   method->metric == SRNF_METRIC_SRM};
+                                      .registers = method->metric != SRNF_METRIC_HARMONIC &&
+                                                   method->metric != SRNF_METRIC_SPHARM};
 }
 
 const struct srnf_method *classify_method_find(const char *name)

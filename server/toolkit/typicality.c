@@ -274,7 +274,6 @@ void typicality_warn_poses(struct jobs_run *run, const struct group_input *membe
                            json_t *warnings)
 {
     const size_t *subjects = members->subjects;
-
     size_t n = outputs->angles ? outputs->mean.n : 0;
     double *others = n >= POSED_MIN ? srnf_alloc(n, 2 * sizeof(double)) : NULL;
     double *weights = others ? typicality_weights(n, subjects) : NULL;

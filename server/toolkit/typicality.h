@@ -49,7 +49,7 @@ json_t *typicality_member(const struct srnf_folds_typicality *typicality, size_t
 /* A method of classification, as warnings name it. */
 struct typicality_method {
     const char *name;
-    bool registers; /* otherwise pose and parameterization count too */
+    bool registers; /* icp as well; otherwise parameterization counts, or pose as well */
 };
 
 /* Appends a warning for each member that is far from all classes by one method or more.
