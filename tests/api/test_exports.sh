@@ -320,7 +320,7 @@ is "$STATUS" 200 'and the service goes on'
 token() { "$SRNFD" token add --data "$SCRATCH/d" --name "$1" 2>/dev/null; }
 ADA=$(token ada)
 BOB=$(token bob)
-start_server "$SCRATCH/d" --workers 1 --max-owner-exports 1048576 || exit 1
+start_server "$SCRATCH/d" --workers 1 --max-owner-exports 131072 || exit 1
 FOURTH=$SERVER_PID
 tests/support/forge_model.py "$SCRATCH/model.zip" "$SCRATCH/alone.zip" alone >"$SCRATCH/forged"
 # Unpacked and packed again, in an order of its own, with the manifest last; in a folder; in that of tar.
@@ -363,7 +363,7 @@ is_problem 422 unparsable-archive 'nor does an export that comes after others'
 
 # What is on the way to a slow reader is a file of the data directory: one export of an owner that is larger than the
 # share, and no second one beside it.
-is "$((SIZE > 1048576))" 1 'the study is larger than the share of an owner'
+is "$((SIZE > 196608))" 1 'the study is larger than the share of an owner'
 auth="Authorization: Bearer $ADA"
 exec {slow}<> >(exec python3 -c '
 import socket, sys
